@@ -1,0 +1,1 @@
+"""(4) Bending a body onto a scan: shape-basis fit and non-rigid ICP."""

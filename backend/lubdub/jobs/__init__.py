@@ -1,0 +1,1 @@
+"""The queue, the worker, and the sandboxed child that alone touches a stranger's file."""

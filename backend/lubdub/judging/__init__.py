@@ -1,0 +1,1 @@
+"""(6) May we show this? Measures, verdict, reasons and advice."""

@@ -1,0 +1,1 @@
+"""(2) The points a person can see or feel: suggested, checked, named."""

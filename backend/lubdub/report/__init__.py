@@ -1,0 +1,1 @@
+"""(8) What leaves: picture, archive, and later sheet and FHIR."""

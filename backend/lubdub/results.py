@@ -1,0 +1,256 @@
+"""The frozen values that rooms hand to each other. All lengths are millimetres in the body frame unless said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from lubdub.geometry.frames import Similarity
+from lubdub.geometry.surface import Surface
+
+AreaName = Literal["aortic", "pulmonary", "tricuspid", "mitral"]
+LandmarkName = Literal["suprasternal_notch", "xiphisternum", "navel", "nipple_left", "nipple_right"]
+Sex = Literal["female", "male"]
+Posture = Literal["supine", "sitting"]
+MethodName = Literal["lubdub", "paper", "rule"]
+VerdictWord = Literal["show", "show_with_care", "refuse"]
+
+AREA_NAMES: tuple[AreaName, ...] = ("aortic", "pulmonary", "tricuspid", "mitral")  # in listening order
+LANDMARK_NAMES: tuple[LandmarkName, ...] = (
+    "suprasternal_notch",
+    "xiphisternum",
+    "navel",
+    "nipple_left",
+    "nipple_right",
+)
+BONE_LANDMARKS: tuple[LandmarkName, ...] = ("suprasternal_notch", "xiphisternum")
+
+Progress = Callable[[str, float], None]
+"""Called with the stage's name (`read`, `clean`, `choose`, `fit`, `judge`) and the fraction done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why a result is not simply shown: a stable code, one sentence, and what to do."""
+
+    code: str
+    message: str
+    advice: str
+
+    def to_json(self) -> dict[str, str]:
+        """As in the result format."""
+        return {"code": self.code, "message": self.message, "advice": self.advice}
+
+
+class ScanUnreadable(Exception):
+    """The file cannot be read as a body scan at all. The text is one sentence for a person."""
+
+
+class ScanRefused(Exception):
+    """The file was read, but nothing may be shown. Carries the reason."""
+
+    def __init__(self, reason: Reason) -> None:
+        super().__init__(reason.message)
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Patient:
+    """What was said about the person; age in years (fractions for babies), None when not said."""
+
+    age_years: float | None = None
+    sex: Sex | None = None
+    posture: Posture = "supine"
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit of the file's coordinates, and whether somebody said so or it was found from the body's size."""
+
+    name: str
+    mm_per_unit: float
+    source: Literal["given", "found"]
+
+
+@dataclass(frozen=True)
+class RawScan:
+    """What stands in the file, in the file's own coordinates and unit."""
+
+    surface: Surface
+    file_format: str
+    unit_by_format: str | None = None
+    """The unit the format itself prescribes (glTF: "m"), if any."""
+
+
+@dataclass(frozen=True)
+class CleanScan:
+    """The chest alone: bed, floor, clutter and islands gone.
+
+    points: (n, 3), n <= about 25,000, evenly spread; normals: (n, 3) outward units; is_border: (n,) bool,
+    True on the scan's rim, where a nearest point means little. display: the same skin for showing, at most
+    40,000 vertices, triangulated even when the file was a cloud. body_from_file: file coordinates -> body.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    is_border: np.ndarray
+    display: Surface
+    body_from_file: Similarity
+    unit: Unit
+    notes: tuple[str, ...] = ()
+    """What was done, in words: "removed a flat bed", "kept 1 of 3 pieces"."""
+
+
+@dataclass(frozen=True)
+class Landmark:
+    """One point. position: (3,); uncertainty: one standard deviation."""
+
+    position: np.ndarray
+    source: Literal["given", "suggested"]
+    uncertainty_mm: float
+
+
+Landmarks = Mapping[LandmarkName, Landmark]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """One reference body, lying on its back.
+
+    surface: torso skin, all references share one topology. landmarks, areas: name -> (3,) on the skin.
+    card: what the reference's card.json says (age_years, sex, source, licence, placed_by, method...).
+    """
+
+    id: str
+    surface: Surface
+    landmarks: Mapping[LandmarkName, np.ndarray]
+    areas: Mapping[AreaName, np.ndarray]
+    card: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class ShapeBasis:
+    """A linear model of lying torsos: vertices = mean + modes^T c, c ~ N(0, 1), up to a similarity.
+
+    mean: (n, 3); modes: (k, n, 3), each one standard deviation; triangles: (m, 3). landmark_corners,
+    landmark_weights: (5, 3) barycentric places in the order of LANDMARK_NAMES; area_corners, area_weights:
+    (2, 4, 3) in the order of AREA_NAMES, [0] with the adult apex and [1] with the under-fours'.
+    data_weight: (n,) 1 on the trunk, falling to 0 on arms and shoulders, which say nothing about ribs.
+    """
+
+    mean: np.ndarray
+    modes: np.ndarray
+    triangles: np.ndarray
+    landmark_corners: np.ndarray
+    landmark_weights: np.ndarray
+    area_corners: np.ndarray
+    area_weights: np.ndarray
+    data_weight: np.ndarray
+
+
+@dataclass(frozen=True)
+class Library:
+    """All reference bodies, the basis drawn from them, and the hash of the files they came from."""
+
+    references: tuple[Reference, ...]
+    basis: ShapeBasis
+    sha256: str
+
+
+@dataclass(frozen=True)
+class RankedReference:
+    """How like the scan a reference is. weight: its share in the answer, 0 to 1."""
+
+    id: str
+    chamfer_mm: float
+    weight: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A body bent onto the scan. landmarks, areas: name -> (3,), carried by the mesh.
+
+    surface_residual_mm: root mean square distance of matched skin; matched_share: how much of the visible
+    trunk found skin; strangeness: root mean square shape coefficient (about 0.6 is usual, above 1 is odd).
+    """
+
+    surface: Surface
+    landmarks: Mapping[LandmarkName, np.ndarray]
+    areas: Mapping[AreaName, np.ndarray]
+    surface_residual_mm: float
+    matched_share: float
+    strangeness: float
+    steps: tuple[Mapping[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Where a method believes an area is. position: (3,); sigma_mm: (2,) across and along the body."""
+
+    position: np.ndarray
+    sigma_mm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Located:
+    """What each of the three methods returns: the areas before they are judged, and how it got there."""
+
+    areas: Mapping[AreaName, Estimate]
+    fit: Fit | None
+    references: tuple[RankedReference, ...]
+    selected: str | None
+    measures: Mapping[str, float]
+    """Named numbers for the judge, e.g. `rule_disagreement_mm`, `landmark_residual_mm`."""
+
+
+@dataclass(frozen=True)
+class Area:
+    """One listening area on the skin. position, normal: (3,); radius_mm holds the truth 9 times in 10."""
+
+    position: np.ndarray
+    normal: np.ndarray
+    radius_mm: float
+    instruction: str
+
+
+@dataclass(frozen=True)
+class Quality:
+    """The numbers a clinician may ask for; None where a method has no such number."""
+
+    surface_residual_mm: float | None
+    landmark_residual_mm: float | None
+    coverage: float
+    spread_mm: float | None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Everything known at the end of a run. areas is empty when refused. `report.result_json` writes it out."""
+
+    verdict: VerdictWord
+    reasons: tuple[Reason, ...]
+    areas: Mapping[AreaName, Area]
+    landmarks: Landmarks
+    scan: CleanScan | None
+    fit: Fit | None
+    references: tuple[RankedReference, ...]
+    selected: str | None
+    quality: Quality | None
+    timings_s: Mapping[str, float]
+    method: Mapping[str, str]
+    steps: tuple[Mapping[str, float], ...] = field(default=())
+
+
+@dataclass(frozen=True)
+class Examination:
+    """What is known before anybody has placed a landmark: the clean scan, its size in words, suggestions."""
+
+    scan: CleanScan
+    size: Mapping[str, float]
+    """`width_mm`, `length_mm`, `depth_mm` of the cleaned body, `chest_width_mm` when found."""
+    coverage: float
+    suggested: Landmarks
+    warnings: tuple[Reason, ...]

@@ -1,0 +1,1 @@
+"""FastAPI only: HTTP to values and back."""
