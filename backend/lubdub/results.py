@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -102,6 +102,16 @@ class CleanScan:
     unit: Unit
     notes: tuple[str, ...] = ()
     """What was done, in words: "removed a flat bed", "kept 1 of 3 pieces"."""
+
+    def moved(self, move: Similarity) -> CleanScan:
+        """The same skin after a rigid move; body_from_file follows, so file coordinates stay what they were."""
+        return replace(
+            self,
+            points=move.apply(self.points),
+            normals=move.turn(self.normals),
+            display=Surface(move.apply(self.display.vertices), self.display.triangles),
+            body_from_file=move.after(self.body_from_file),
+        )
 
 
 @dataclass(frozen=True)
