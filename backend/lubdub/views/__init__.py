@@ -1,1 +1,1 @@
-"""viser scenes, their loopback servers, the proxy's message rules, and the static export."""
+"""3D views of a scan and its result. The only room that knows viser."""

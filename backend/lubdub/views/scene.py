@@ -1,0 +1,227 @@
+"""From a scan and its areas to a viser scene: a plaster study of the chest with four marked places.
+
+viser measures in metres here, its defaults suit that; everything arrives in millimetres and `VIEW` converts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import viser
+
+from lubdub.geometry.surface import unit
+from lubdub.results import Area, AreaName, CleanScan, Landmark, LandmarkName, Landmarks, Outcome
+from lubdub.views import stickers
+from lubdub.views.framing import FIELD_OF_VIEW, framed
+from lubdub.views.rays import SkinRays, near
+
+VIEW = 0.001
+"""Viewer units in one millimetre."""
+SKIN = (196, 181, 168)
+"""One warm grey-brown for everybody: plaster, not skin."""
+PAPER = (251, 248, 243)
+SPOKES = 48
+LIFT_MM = 1.2
+"""How far things laid on the skin stand off it, so that they do not flicker through."""
+
+# Diaphragm diameters by clinical.md section 5: infant about 25-27, child about 33, adult 43-44 mm.
+CHESTPIECE_MM = ((1.0, 26.0), (12.0, 33.0))
+ADULT_CHESTPIECE_MM = 44.0
+
+
+def chestpiece_mm(age_years: float | None) -> float:
+    """The diameter of the chestpiece to draw; the child's when the age was not said."""
+    if age_years is None:
+        return CHESTPIECE_MM[-1][1]
+    return next((size for below, size in CHESTPIECE_MM if age_years < below), ADULT_CHESTPIECE_MM)
+
+
+def light(scene: viser.SceneApi) -> None:
+    """Head up, soft three-point light, no environment picture."""
+    scene.set_up_direction("+y")
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_hemisphere("/light/room", sky_color=(255, 252, 246), ground_color=(176, 160, 148), intensity=1.15)
+    scene.add_light_directional("/light/key", color=(255, 246, 234), intensity=2.1, position=(-0.8, 1.0, 1.2))
+    scene.add_light_directional("/light/fill", color=(232, 240, 255), intensity=0.55, position=(1.2, 0.1, 0.8))
+    scene.add_light_directional("/light/rim", color=(255, 255, 255), intensity=0.5, position=(0.3, 0.6, -1.2))
+
+
+def show_body(server: viser.ViserServer, scan: CleanScan, landmarks: Landmarks) -> viser.MeshHandle:
+    """The skin, the sides named on it, the light and the first camera. Returns the skin to be tapped."""
+    light(server.scene)
+    server.scene.world_axes.visible = False
+    skin = server.scene.add_mesh_simple(
+        "/skin",
+        scan.display.vertices * VIEW,
+        scan.display.triangles,
+        color=SKIN,
+        side="double",
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+    show_sides(server.scene, scan, landmarks)
+    camera = framed(scan, landmarks)
+    server.initial_camera.fov = FIELD_OF_VIEW
+    server.initial_camera.position = camera.position * VIEW
+    server.initial_camera.look_at = camera.look_at * VIEW
+    return skin
+
+
+def show_sides(scene: viser.SceneApi, scan: CleanScan, landmarks: Landmarks) -> None:
+    """Plates that say whose left is left, glued to the lower ribs so that they turn with the body."""
+    rays = SkinRays(scan.display)
+    left, right = np.percentile(scan.points[:, 0], [2.0, 98.0])
+    bottom = np.percentile(scan.points[:, 1], 2.0)
+    navel = landmarks.get("navel")
+    height = max(0.86 * float(navel.position[1]), bottom * 0.9) if navel is not None else 0.8 * bottom
+    front = float(scan.points[:, 2].max()) + 200.0
+    for side, edge, words in (("left", right, "patient's\nleft"), ("right", left, "patient's\nright")):
+        found = rays.hit_with_normal(np.array([0.62 * edge, height, front]), np.array([0.0, 0.0, -1.0]))
+        if found is None:
+            continue
+        place, normal = found
+        width = 0.21 * (right - left)
+        _lay(scene, f"/sides/{side}", stickers.plate(words), place, _facing(normal), width, lift=4.0)
+
+
+def show_landmarks(
+    scene: viser.SceneApi,
+    landmarks: Mapping[LandmarkName, Landmark],
+    numbers: Mapping[LandmarkName, int],
+    size_mm: float,
+) -> dict[LandmarkName, viser.IcosphereHandle]:
+    """A pin for each landmark, numbered as in the list beside the view. Returns the balls, which can be dragged."""
+    balls = {}
+    for name, landmark in landmarks.items():
+        sure = landmark.source == "given"
+        balls[name] = scene.add_icosphere(
+            f"/landmarks/{name}",
+            radius=size_mm * 0.42 * VIEW,
+            color=stickers.TEAL if sure else (236, 240, 238),
+            position=landmark.position * VIEW,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        colours = (stickers.TEAL, stickers.WHITE) if sure else (stickers.WHITE, stickers.TEAL)
+        picture = stickers.badge("circle", str(numbers[name]), *colours)
+        place = landmark.position + np.array([0.0, 1.25 * size_mm, 0.5 * size_mm])
+        _lay(scene, f"/pins/{name}", picture, place, np.array([0.0, 0.0, 1.0]), size_mm * 1.4, lift=0.0)
+    return balls
+
+
+def show_outcome(server: viser.ViserServer, outcome: Outcome, age_years: float | None = None) -> None:
+    """The finished picture: body, four areas, landmarks as small dots. Raises ValueError when nothing was scanned."""
+    if outcome.scan is None:
+        raise ValueError("there is no scan to show")
+    show_body(server, outcome.scan, outcome.landmarks)
+    for name, area in outcome.areas.items():
+        show_area(server.scene, outcome.scan, name, area, chestpiece_mm(age_years))
+    for landmark_name, landmark in outcome.landmarks.items():
+        server.scene.add_icosphere(
+            f"/landmarks/{landmark_name}",
+            radius=2.2 * VIEW,
+            color=(110, 100, 92),
+            position=landmark.position * VIEW,
+            cast_shadow=False,
+        )
+
+
+def show_area(scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area, chestpiece: float) -> None:
+    """A ring the size of the chestpiece on the skin, the fainter region that may hold the place, and the letter."""
+    style = stickers.AREA_STYLES[name]
+    region = max(area.radius_mm, 1.0)
+    skin = SkinRays(near(scan.display, area.position, 2.0 * max(region, chestpiece) + 20.0))
+    normal = _facing(area.normal)
+    vertices, triangles = draped_disc(skin, area.position, normal, region)
+    scene.add_mesh_simple(
+        f"/areas/{name}/region",
+        vertices * VIEW,
+        triangles,
+        color=style.colour,
+        opacity=0.38,
+        side="double",
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+    ring = draped_circle(skin, area.position, normal, chestpiece / 2)
+    for part, thickness, colour, lift in (("edge", 3.4, stickers.INK, 0.0), ("ring", 2.0, style.colour, 0.9)):
+        scene.add_spline_catmull_rom(
+            f"/areas/{name}/{part}",
+            points=(ring + lift * normal) * VIEW,
+            closed=True,
+            thickness=thickness * VIEW,
+            color=colour,
+        )
+    picture = stickers.badge(style.shape, style.letter, style.colour, style.ink)
+    _lay(scene, f"/areas/{name}/letter", picture, area.position, normal, 0.46 * chestpiece, lift=3.5)
+
+
+def draped_circle(skin: SkinRays, centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
+    """(SPOKES, 3) a circle of this radius about centre (3,), dropped along -normal (3,) onto the skin."""
+    right, up = _tangents(normal)
+    angles = np.linspace(0.0, 2 * np.pi, SPOKES, endpoint=False)
+    flat = centre + radius * (np.cos(angles)[:, None] * right + np.sin(angles)[:, None] * up)
+    return _dropped(skin, flat, normal)
+
+
+def draped_disc(skin: SkinRays, centre: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """A filled disc on the skin: vertices (n, 3) and triangles (m, 3), facing along normal."""
+    rings = 5
+    circles = [draped_circle(skin, centre, normal, radius * (k + 1) / rings) for k in range(rings)]
+    vertices = np.concatenate([_dropped(skin, centre[None], normal), *circles])
+    spoke = np.arange(SPOKES)
+    following = (spoke + 1) % SPOKES
+    triangles = [np.stack([np.zeros(SPOKES, int), 1 + spoke, 1 + following], axis=1)]
+    for k in range(rings - 1):
+        inner, outer = 1 + k * SPOKES, 1 + (k + 1) * SPOKES
+        triangles.append(np.stack([inner + spoke, outer + spoke, outer + following], axis=1))
+        triangles.append(np.stack([inner + spoke, outer + following, inner + following], axis=1))
+    return vertices, np.concatenate(triangles)
+
+
+def _dropped(skin: SkinRays, points: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Points (k, 3) moved along the normal onto the skin, or left where they are beside it."""
+    start = 60.0
+    places = [skin.hit(point + start * normal, -normal) for point in points]
+    return np.stack(
+        [(point if place is None else place) + LIFT_MM * normal for point, place in zip(points, places, strict=True)]
+    )
+
+
+def _facing(normal: np.ndarray) -> np.ndarray:
+    """The normal leaning half-way to the front, so that a letter on the flank can still be read."""
+    return unit(unit(normal) + np.array([0.0, 0.0, 0.8]))
+
+
+def _tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Right (screen) and up (head) directions, (3,) each, in the plane across normal (3,)."""
+    right = unit(np.cross(np.array([0.0, 1.0, 0.0]), normal))
+    return right, np.cross(normal, right)
+
+
+def _lay(
+    scene: viser.SceneApi,
+    name: str,
+    picture: np.ndarray,
+    place: np.ndarray,
+    normal: np.ndarray,
+    width_mm: float,
+    lift: float,
+) -> None:
+    """A picture upright in the plane across normal, its middle `lift` mm off the place."""
+    right, up = _tangents(normal)
+    # viser shows pictures with x to the right, y down and the face towards -z.
+    turned = np.stack([right, -up, -normal], axis=1)
+    scene.add_image(
+        name,
+        picture,
+        render_width=width_mm * VIEW,
+        render_height=width_mm * picture.shape[0] / picture.shape[1] * VIEW,
+        format="png",
+        wxyz=viser.transforms.SO3.from_matrix(turned).wxyz,
+        position=(place + lift * normal) * VIEW,
+        cast_shadow=False,
+        receive_shadow=False,
+    )

@@ -1,0 +1,64 @@
+"""A child's chest made by formula, examined and located by hand: no file, no pipeline."""
+
+from __future__ import annotations
+
+from lubdub.geometry.neighbours import SurfaceFinder
+from lubdub.geometry.surface import unit
+from lubdub.results import (
+    Area,
+    CleanScan,
+    Examination,
+    Landmark,
+    LandmarkName,
+    Outcome,
+    Quality,
+    RankedReference,
+)
+from tests import torsos
+
+SIZE = 0.62
+BODY = torsos.reference("sample", size=SIZE, pitch=9.0)
+
+
+def clean_scan() -> CleanScan:
+    """As the scans room would hand it over."""
+    return torsos.scan_of(BODY)
+
+
+def landmarks(source: str = "given") -> dict[LandmarkName, Landmark]:
+    """All five, on the skin."""
+    return {name: Landmark(place, source, 5.0) for name, place in BODY.landmarks.items()}  # type: ignore[arg-type]
+
+
+def examination() -> Examination:
+    """Before anybody has placed a point."""
+    return Examination(
+        scan=clean_scan(),
+        size={"width_mm": 236.0, "length_mm": 300.0, "depth_mm": 140.0, "chest_width_mm": 236.0},
+        coverage=0.95,
+        suggested=landmarks("suggested"),
+        warnings=(),
+    )
+
+
+def outcome() -> Outcome:
+    """A finished, good result."""
+    scan = clean_scan()
+    finder = SurfaceFinder(scan.display)
+    areas = {}
+    for name, place in BODY.areas.items():
+        position, normal = finder.nearest(place)
+        areas[name] = Area(position, unit(normal), 9.0 if name != "mitral" else 14.0, f"Where {name} is heard.")
+    return Outcome(
+        verdict="show",
+        reasons=(),
+        areas=areas,
+        landmarks=landmarks(),
+        scan=scan,
+        fit=None,
+        references=(RankedReference("sample", 3.1, 1.0),),
+        selected="sample",
+        quality=Quality(1.4, 2.0, 0.95, 4.0),
+        timings_s={"total": 1.0},
+        method={"version": "0.1.0", "solver": "superlu"},
+    )
