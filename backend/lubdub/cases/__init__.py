@@ -1,1 +1,1 @@
-"""(7) The people around a result: case, consent, retention, audit, encrypted files."""
+"""People around a result: the case, its files, its keys, its deletion. Knows nothing of geometry or the web."""

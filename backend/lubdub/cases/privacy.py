@@ -1,0 +1,84 @@
+"""Deletion with a receipt, and the clock that deletes by itself."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session
+
+from lubdub.cases import audit
+from lubdub.cases.clock import now
+from lubdub.cases.database import Database
+from lubdub.cases.errors import CaseNotFound
+from lubdub.cases.files import FileVault, detach_all
+from lubdub.cases.models import CaseEventRow, CaseKeyRow, CaseRow, FamilySessionRow, IdempotencyRow
+from lubdub.cases.rows import find
+from lubdub.cases.store import REMEMBERED
+from lubdub.cases.values import SYSTEM, Actor, Receipt
+
+
+class Privacy:
+    """Deletes cases. First the case's key is destroyed, so that files, copies and backups are noise; then they go."""
+
+    def __init__(self, database: Database, vault: FileVault) -> None:
+        """Over an open database and vault."""
+        self._database = database
+        self._vault = vault
+
+    def delete(self, actor: Actor, case_id: str, action: str = "case.delete") -> Receipt:
+        """Delete a case for good. Asked again, it finishes what was left and gives the same receipt.
+
+        Raises CaseNotFound for a case that never was the actor's.
+        """
+        receipt = self._receipt(actor, case_id)
+        if receipt is None:
+            with self._database.writing() as session:
+                row = find(session, actor, case_id, to_change=True)
+                receipt = _wipe(self._database, session, row, actor, action)
+            self._database.forget_traces()
+        self._vault.remove_all(case_id)
+        return receipt
+
+    def purge(self, retention_days: float) -> list[Receipt]:
+        """Delete every case that was opened longer ago than that, and what else has run out."""
+        with self._database.reading() as session:
+            old = session.scalars(
+                sa.select(CaseRow.id).where(
+                    CaseRow.created_at < now() - timedelta(days=retention_days), CaseRow.deleted_at.is_(None)
+                )
+            ).all()
+        receipts = [self.delete(SYSTEM, case_id, "case.retention") for case_id in old]
+        self._forget_expired()
+        return receipts
+
+    def _receipt(self, actor: Actor, case_id: str) -> Receipt | None:
+        with self._database.reading() as session:
+            row = session.get(CaseRow, case_id)
+            if row is None or row.deleted_at is None or row.receipt_sha256 is None:
+                return None
+            owns = row.owner_session_id == actor.id if actor.kind == "family" else row.tenant_id == actor.tenant_id
+            if actor.kind != "system" and not owns:
+                raise CaseNotFound(case_id)
+            return Receipt(row.id, row.deleted_at, row.receipt_sha256)
+
+    def _forget_expired(self) -> None:
+        """Idempotency keys after a day; sessions that ended and have no case left, deleted or not."""
+        with self._database.writing() as session:
+            session.execute(sa.delete(IdempotencyRow).where(IdempotencyRow.created_at < now() - REMEMBERED))
+            has_case = sa.exists().where(CaseRow.owner_session_id == FamilySessionRow.id)
+            session.execute(sa.delete(FamilySessionRow).where(FamilySessionRow.expires_at < now(), ~has_case))
+
+
+def _wipe(database: Database, session: Session, row: CaseRow, actor: Actor, action: str) -> Receipt:
+    """Destroy the key and everything said about the person; the id stays, so that the receipt can be shown again."""
+    moment: datetime = now()
+    session.execute(sa.delete(CaseKeyRow).where(CaseKeyRow.case_id == row.id))
+    session.execute(sa.delete(CaseEventRow).where(CaseEventRow.case_id == row.id))
+    session.execute(sa.delete(IdempotencyRow).where(IdempotencyRow.case_id == row.id))
+    detach_all(session, row.id)
+    row.status, row.deleted_at, row.updated_at = "deleted", moment, moment
+    row.external_id = row.age_years = row.sex = row.landmarks = row.reason = row.job_id = row.stage = None
+    row.posture, row.answers, row.unit, row.fraction = "", {}, None, 0.0
+    row.receipt_sha256 = audit.append(database, session, actor, action, row.id, moment)
+    return Receipt(row.id, moment, row.receipt_sha256)

@@ -1,0 +1,109 @@
+"""Steps every change of a case is made of: find the row, set its state, tell listeners, write the audit line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session
+
+from lubdub.cases import audit
+from lubdub.cases.clock import now
+from lubdub.cases.database import Database
+from lubdub.cases.errors import CaseNotFound
+from lubdub.cases.models import CaseEventRow, CaseRow, FileRow
+from lubdub.cases.states import JobKind, Status
+from lubdub.cases.values import FAMILIES, Actor, Case, Job
+
+
+def visible_to(actor: Actor) -> sa.ColumnElement[bool]:
+    """Which rows an actor may know of: a portal its tenant's, a family its own session's, the system all."""
+    living = CaseRow.deleted_at.is_(None)
+    if actor.kind == "system":
+        return living
+    if actor.kind == "key":
+        return living & (CaseRow.tenant_id == actor.tenant_id)
+    return living & (CaseRow.tenant_id == FAMILIES) & (CaseRow.owner_session_id == actor.id)
+
+
+def find(session: Session, actor: Actor, case_id: str, *, to_change: bool = False) -> CaseRow:
+    """The row, locked when it is to change. Raises CaseNotFound."""
+    query = sa.select(CaseRow).where(CaseRow.id == case_id, visible_to(actor))
+    row = session.scalar(query.with_for_update() if to_change else query)
+    if row is None:
+        raise CaseNotFound(case_id)
+    return row
+
+
+@dataclass(frozen=True)
+class Step:
+    """One change of state. reason: shown to people; stage: what is being done now."""
+
+    status: Status
+    action: str
+    stage: str | None = None
+    fraction: float = 0.0
+    reason: Mapping[str, str] | None = None
+
+
+def take(database: Database, session: Session, row: CaseRow, actor: Actor, step: Step) -> None:
+    """Make the change, its event and its one audit line."""
+    moment = now()
+    row.status, row.stage, row.fraction = step.status, step.stage, step.fraction
+    row.reason = None if step.reason is None else dict(step.reason)
+    add_event(session, row, "status", moment)
+    audit.append(database, session, actor, step.action, row.id, moment, step.status)
+
+
+def add_event(session: Session, row: CaseRow, kind: str, moment: datetime) -> None:
+    """Tell whoever listens how the case stands now."""
+    row.updated_at = moment
+    row.last_event += 1
+    data = {"status": row.status, "stage": row.stage, "fraction": row.fraction, "reason": row.reason}
+    session.add(CaseEventRow(case_id=row.id, sequence=row.last_event, kind=kind, data=data, at=moment))
+
+
+def new_job(row: CaseRow, kind: JobKind) -> Job:
+    """The next piece of work on this case; what was at work before is thereby out of date."""
+    row.job_number += 1
+    row.job_id = f"{row.id}.{kind}.{row.job_number}"
+    return Job(row.job_id, row.id, kind)
+
+
+def job_of(job_id: str) -> Job:
+    """The job an id names."""
+    case_id, kind, _ = job_id.split(".")
+    return Job(job_id, case_id, "check" if kind == "check" else "locate")
+
+
+def has_file(session: Session, case_id: str, artefact: str) -> bool:
+    """Whether the case has this artefact."""
+    return session.get(FileRow, (case_id, artefact)) is not None
+
+
+def to_value(session: Session, row: CaseRow) -> Case:
+    """The row as the value this room hands out."""
+    return Case(
+        id=row.id,
+        tenant_id=row.tenant_id,
+        owner_session_id=row.owner_session_id,
+        external_id=row.external_id,
+        status=row.status,  # type: ignore[arg-type]  # only Status words are ever written
+        age_years=row.age_years,
+        sex=row.sex,  # type: ignore[arg-type]
+        posture=row.posture,  # type: ignore[arg-type]
+        answers=row.answers,  # type: ignore[arg-type]
+        unit=row.unit,
+        method=row.method,  # type: ignore[arg-type]
+        landmarks=row.landmarks,
+        job_id=row.job_id,
+        stage=row.stage,
+        fraction=row.fraction,
+        reason=row.reason,
+        created_at=row.created_at,
+        updated_at=row.updated_at,
+        has_scan=has_file(session, row.id, "scan"),
+        is_checked=has_file(session, row.id, "examination.npz"),
+    )

@@ -1,0 +1,36 @@
+"""The three stop questions: what no scan can show, so it is asked before one is taken."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lubdub.cases.values import Answer, StopQuestion
+from lubdub.results import Reason
+
+STOP_REASONS: dict[StopQuestion, Reason] = {
+    "heart_on_right": Reason(
+        "heart_on_right",
+        "The heart is known to lie on the right side, so the usual listening places do not fit this body.",
+        "Ask the clinician who looks after this heart where to listen.",
+    ),
+    "chest_operation_or_device": Reason(
+        "chest_operation_or_device",
+        "After a chest operation, or with a device or an unusual chest shape, the places found from the skin "
+        "can be wrong.",
+        "Ask the clinician who knows this chest where to listen, and keep clear of wounds and devices.",
+    ),
+    "late_pregnancy": Reason(
+        "late_pregnancy",
+        "Late in pregnancy the heart is pushed up and to the side, and the places have not been checked for that.",
+        "Ask your midwife or doctor to show you where to listen.",
+    ),
+}
+"""By question, in the order they are asked. Sources: hazards `heart on the right`, `operated chest`."""
+
+
+def stop_reason(answers: Mapping[StopQuestion, Answer]) -> Reason | None:
+    """Why no scan should be taken, or None. Only a clear yes stops; "unsure" is shown to the clinician."""
+    for question, reason in STOP_REASONS.items():
+        if answers.get(question) == "yes":
+            return reason
+    return None

@@ -1,0 +1,214 @@
+"""Every query a person's or a portal's call makes. Each change is one transaction with one audit line."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import Literal
+
+import sqlalchemy as sa
+from sqlalchemy.orm import Session
+
+from lubdub.cases.clock import now
+from lubdub.cases.database import Database
+from lubdub.cases.errors import IdempotencyMismatch, StateConflict
+from lubdub.cases.files import FileVault, Sealed, attach, detach_all
+from lubdub.cases.models import CaseEventRow, CaseKeyRow, CaseRow, IdempotencyRow
+from lubdub.cases.rows import Step, find, has_file, new_job, take, to_value, visible_to
+from lubdub.cases.screening import stop_reason
+from lubdub.cases.states import AFTER_CANCEL, TAKES_LANDMARKS, TAKES_SCAN
+from lubdub.cases.values import Actor, Case, CaseEvent, Job, NewCase
+
+REMEMBERED = timedelta(hours=24)
+"""How long an idempotency key is honoured."""
+
+
+@dataclass(frozen=True)
+class Repeatable:
+    """A caller's idempotency key and the SHA-256 of the body it came with."""
+
+    key: str
+    body_sha256: str
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a run. landmarks: name -> [x, y, z] in the file's own coordinates and unit."""
+
+    landmarks: Mapping[str, list[float]]
+    unit: Literal["m", "cm", "mm"] | None = None
+    method: Literal["lubdub", "paper", "rule"] = "lubdub"
+
+
+class CaseStore:
+    """The cases, as people and portals see and change them. Raises CaseNotFound for those of others."""
+
+    def __init__(self, database: Database, vault: FileVault) -> None:
+        """Over an open database and the vault that makes cases' keys."""
+        self._database = database
+        self._vault = vault
+
+    def create(self, actor: Actor, new: NewCase, repeatable: Repeatable | None = None) -> tuple[Case, bool]:
+        """Open a case; the flag is False when an earlier call with the same idempotency key opened it.
+
+        A stop question answered yes makes a case that is refused from the start.
+        Raises IdempotencyMismatch when the key came with another body.
+        """
+        with self._database.writing() as session:
+            known = None if repeatable is None else self._remembered(session, actor, repeatable)
+            if known is not None:
+                return to_value(session, find(session, actor, known)), False
+            row = _new_row(actor, new)
+            session.add(row)
+            session.flush()
+            session.add(
+                CaseKeyRow(case_id=row.id, wrapped_key=self._vault.new_wrapped_key(row.id), created_at=row.created_at)
+            )
+            reason = stop_reason(new.answers)
+            step = Step("awaiting_scan", "case.create")
+            if reason is not None:
+                step = Step("refused", "case.create", reason=reason.to_json())
+            take(self._database, session, row, actor, step)
+            if repeatable is not None:
+                session.add(
+                    IdempotencyRow(
+                        owner=actor.name,
+                        key=repeatable.key,
+                        body_sha256=repeatable.body_sha256,
+                        case_id=row.id,
+                        created_at=row.created_at,
+                    )
+                )
+            session.flush()
+            return to_value(session, row), True
+
+    def get(self, actor: Actor, case_id: str) -> Case:
+        """The case as it stands."""
+        with self._database.reading() as session:
+            return to_value(session, find(session, actor, case_id))
+
+    def list_cases(self, actor: Actor, limit: int = 50) -> list[Case]:
+        """The actor's cases, newest first."""
+        query = sa.select(CaseRow).where(visible_to(actor)).order_by(CaseRow.created_at.desc()).limit(limit)
+        with self._database.reading() as session:
+            return [to_value(session, row) for row in session.scalars(query)]
+
+    def expect_scan(self, actor: Actor, case_id: str) -> Case:
+        """The case, if a scan may come in now. Raises StateConflict."""
+        with self._database.reading() as session:
+            row = find(session, actor, case_id)
+            _must_take_scan(row)
+            return to_value(session, row)
+
+    def receive_scan(self, actor: Actor, case_id: str, scan: Sealed, unit: str | None) -> tuple[Case, Job]:
+        """Make the written file the case's scan and ask for its check; all that came from an older scan goes.
+
+        unit: m, cm, mm, or None to find it. Raises StateConflict.
+        """
+        with self._database.writing() as session:
+            row = find(session, actor, case_id, to_change=True)
+            _must_take_scan(row)
+            dropped = detach_all(session, case_id)
+            attach(session, case_id, {"scan": scan})
+            row.unit, row.landmarks = unit, None
+            job = new_job(row, "check")
+            take(self._database, session, row, actor, Step("checking", "scan.receive"))
+            case = to_value(session, row)
+        self._vault.discard(case_id, dropped)
+        return case, job
+
+    def check_again(self, actor: Actor, case_id: str, unit: str) -> tuple[Case, Job]:
+        """Examine the same scan once more, in the unit a person said it has. Raises StateConflict."""
+        with self._database.writing() as session:
+            row = find(session, actor, case_id, to_change=True)
+            _must_take_scan(row)
+            if not has_file(session, case_id, "scan"):
+                raise StateConflict("There is no scan yet. Send it first.")
+            row.unit, row.landmarks = unit, None
+            job = new_job(row, "check")
+            take(self._database, session, row, actor, Step("checking", "scan.unit"))
+            return to_value(session, row), job
+
+    def place_landmarks(self, actor: Actor, case_id: str, asked: Asked) -> tuple[Case, Job]:
+        """Take the landmarks and ask for a run. Raises StateConflict before the scan's check went well."""
+        with self._database.writing() as session:
+            row = find(session, actor, case_id, to_change=True)
+            if row.status not in TAKES_LANDMARKS or not has_file(session, case_id, "examination.npz"):
+                raise StateConflict(f"Landmarks cannot be placed while the case is {_words(row.status)}.")
+            row.landmarks = {name: list(place) for name, place in asked.landmarks.items()}
+            row.unit, row.method = asked.unit or row.unit, asked.method
+            job = new_job(row, "locate")
+            take(self._database, session, row, actor, Step("queued", "landmarks.place"))
+            return to_value(session, row), job
+
+    def cancel(self, actor: Actor, case_id: str) -> tuple[Case, Job | None]:
+        """Stop what is at work and step back; the job that was current, if any. A case at rest stays as it is."""
+        with self._database.writing() as session:
+            row = find(session, actor, case_id, to_change=True)
+            before = AFTER_CANCEL.get(row.status)  # type: ignore[call-overload]
+            if before is None or row.job_id is None:
+                raise StateConflict(f"Nothing is at work: the case is {_words(row.status)}.")
+            kind: Literal["check", "locate"] = "check" if row.status == "checking" else "locate"
+            stopped = Job(row.job_id, row.id, kind)
+            row.job_id = None
+            take(self._database, session, row, actor, Step(before, "job.cancel"))
+            return to_value(session, row), stopped
+
+    def events_after(self, actor: Actor, case_id: str, sequence: int, limit: int = 100) -> list[CaseEvent]:
+        """What happened after the event with this number, in order."""
+        query = (
+            sa.select(CaseEventRow)
+            .where(CaseEventRow.case_id == case_id, CaseEventRow.sequence > sequence)
+            .order_by(CaseEventRow.sequence)
+            .limit(limit)
+        )
+        with self._database.reading() as session:
+            find(session, actor, case_id)
+            return [
+                CaseEvent(row.sequence, "status" if row.kind == "status" else "progress", row.data)
+                for row in session.scalars(query)
+            ]
+
+    def _remembered(self, session: Session, actor: Actor, repeatable: Repeatable) -> str | None:
+        row = session.get(IdempotencyRow, (actor.name, repeatable.key))
+        if row is None:
+            return None
+        if row.created_at < now() - REMEMBERED:
+            session.delete(row)
+            session.flush()
+            return None
+        if row.body_sha256 != repeatable.body_sha256:
+            raise IdempotencyMismatch(repeatable.key)
+        return row.case_id
+
+
+def _new_row(actor: Actor, new: NewCase) -> CaseRow:
+    moment = now()
+    return CaseRow(
+        id=uuid.uuid4().hex,
+        tenant_id=actor.tenant_id,
+        owner_session_id=actor.id if actor.kind == "family" else None,
+        external_id=new.external_id,
+        age_years=new.age_years,
+        sex=new.sex,
+        posture=new.posture,
+        answers=dict(new.answers),
+        method="lubdub",
+        job_number=0,
+        last_event=0,
+        created_at=moment,
+        updated_at=moment,
+    )
+
+
+def _must_take_scan(row: CaseRow) -> None:
+    if stop_reason(row.answers) is not None:  # type: ignore[arg-type]
+        raise StateConflict("The answers given before the scan say that no places may be shown for this person.")
+    if row.status not in TAKES_SCAN:
+        raise StateConflict(f"A scan cannot be taken in while the case is {_words(row.status)}.")
+
+
+def _words(status: str) -> str:
+    return status.replace("_", " ")

@@ -1,0 +1,99 @@
+"""Every setting of the service in one frozen table: environment variables `LUBDUB_...`, each with unit and help."""
+
+from __future__ import annotations
+
+import ipaddress
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+PROJECT_FOLDER = Path(__file__).resolve().parents[2]
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only programs on this machine can reach a server bound to host."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+class Settings(BaseSettings):
+    """The service's settings. Raises ValidationError, with a sentence, for a combination that is not safe."""
+
+    model_config = SettingsConfigDict(env_prefix="LUBDUB_", frozen=True, extra="ignore")
+
+    data_dir: Path = Field(PROJECT_FOLDER / ".data", description="Folder of the database, the key and the files.")
+    host: str = Field("127.0.0.1", description="Address the web server listens on.")
+    port: int = Field(8000, ge=0, le=65535, description="TCP port of the web server.")
+    behind_tls_proxy: bool = Field(False, description="True when a proxy in front of the server speaks HTTPS.")
+    public_url: str = Field("", description="Address people use, such as https://lubdub.example; empty: host and port.")
+    database_url: str = Field("", description="SQLAlchemy URL of the database; empty: an SQLite file in data_dir.")
+    jobs_database_url: str = Field("", description="URL of the queue's own tables; empty: as database_url, own file.")
+    store_url: str = Field("", description="Where sealed files go: file:// or s3:// URL; empty: a folder in data_dir.")
+    master_key_file: Path | None = Field(None, description="File of the master key; made at first start.")
+    references_dir: Path | None = Field(None, description="Folder of reference bodies; empty: the project's own.")
+
+    max_upload_mb: int = Field(300, ge=1, le=4096, description="Largest scan accepted, in megabytes.")
+    session_hours: float = Field(72.0, gt=0, description="How long a family's browser session lasts, in hours.")
+    retention_days: float = Field(30.0, gt=0, description="Days after which a case and its files are deleted.")
+    requests_per_minute: int = Field(600, ge=1, description="Calls per minute for one key, session or address.")
+
+    worker_slots: int = Field(1, ge=1, le=64, description="Jobs one worker runs at the same moment.")
+    job_memory_mb: int = Field(4096, ge=256, description="Address space of one job's process, in megabytes.")
+    job_cpu_s: float = Field(300.0, gt=0, description="Processor time of one job, in seconds.")
+    job_wall_s: float = Field(600.0, gt=0, description="Wall-clock time of one job, in seconds.")
+    job_output_mb: int = Field(256, ge=1, description="Largest file a job may write, in megabytes.")
+
+    log_level: Literal["debug", "info", "warning", "error"] = Field("info", description="Least severe line logged.")
+
+    @model_validator(mode="after")
+    def refuse_open_binding(self) -> Self:
+        """Bodies of children must not cross a network in the clear."""
+        if not is_loopback(self.host) and not self.behind_tls_proxy:
+            raise ValueError(
+                f"Listening on {self.host} without HTTPS would send scans of bodies in the clear. Listen on "
+                "127.0.0.1, or put a TLS proxy in front and set LUBDUB_BEHIND_TLS_PROXY=true."
+            )
+        return self
+
+    @property
+    def is_https(self) -> bool:
+        """Whether people reach the pages by https."""
+        return self.behind_tls_proxy or self.public_url.startswith("https://")
+
+    @property
+    def address(self) -> str:
+        """The address people open, without a slash at the end."""
+        if self.public_url:
+            return self.public_url.rstrip("/")
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}"
+
+    @property
+    def database(self) -> str:
+        """SQLAlchemy URL of the cases' database."""
+        return self.database_url or f"sqlite:///{self.data_dir.resolve() / 'lubdub.sqlite'}"
+
+    @property
+    def jobs_database(self) -> str:
+        """SQLAlchemy URL of the queue's tables: the same PostgreSQL, or a second SQLite file."""
+        if self.jobs_database_url:
+            return self.jobs_database_url
+        if self.database.startswith("postgresql"):
+            return self.database
+        return f"sqlite:///{self.data_dir.resolve() / 'jobs.sqlite'}"
+
+    @property
+    def store(self) -> str:
+        """URL of the store of sealed files."""
+        return self.store_url or (self.data_dir.resolve() / "files").as_uri()
+
+    @property
+    def master_key(self) -> Path:
+        """Path of the master key's file."""
+        return self.master_key_file or self.data_dir / "master.key"
