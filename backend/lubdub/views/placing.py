@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import viser
 
-from lubdub.geometry.surface import unit
+from lubdub.geometry.raycast import SkinCaster
 from lubdub.results import LANDMARK_NAMES, CleanScan, Landmark, LandmarkName, Landmarks
 from lubdub.views.export import dressed
 from lubdub.views.framing import framed
-from lubdub.views.rays import SkinRays
 from lubdub.views.scene import VIEW, show_body, show_landmarks
 
 Placed = Callable[[LandmarkName, np.ndarray], None]
@@ -40,7 +39,7 @@ class PlacingView:
     def __init__(self, server: viser.ViserServer, scan: CleanScan, landmarks: Landmarks, on_placed: Placed) -> None:
         self.target: LandmarkName | None = None
         self._server = server
-        self._rays = SkinRays(scan.display)
+        self._skin = SkinCaster(scan.display)
         self._on_placed = on_placed
         self._lock = threading.Lock()
         self._shown: dict[LandmarkName, Any] = {}
@@ -91,7 +90,7 @@ class PlacingView:
     def _cast(self, origin: np.ndarray, direction: np.ndarray, name: LandmarkName | None) -> np.ndarray:
         if name is None:
             raise MissedTheBody
-        place = self._rays.hit(origin, unit(direction))
+        place = self._skin.hit(origin, direction)
         if place is None:
             raise MissedTheBody
         self._on_placed(name, place)

@@ -10,11 +10,11 @@ from collections.abc import Mapping
 import numpy as np
 import viser
 
-from lubdub.geometry.surface import unit
+from lubdub.geometry.raycast import SkinCaster
+from lubdub.geometry.surface import triangle_normals, unit
 from lubdub.results import Area, AreaName, CleanScan, Landmark, LandmarkName, Landmarks, Outcome
 from lubdub.views import stickers
 from lubdub.views.framing import FIELD_OF_VIEW, framed
-from lubdub.views.rays import SkinRays, near
 
 VIEW = 0.001
 """Viewer units in one millimetre."""
@@ -22,6 +22,8 @@ SKIN = (196, 181, 168)
 """One warm grey-brown for everybody: plaster, not skin."""
 PAPER = (251, 248, 243)
 SPOKES = 48
+DROP_MM = 60.0
+"""From how far outside things are dropped onto the skin: above any bulge within a chestpiece's reach."""
 LIFT_MM = 1.2
 """How far things laid on the skin stand off it, so that they do not flicker through."""
 
@@ -71,19 +73,18 @@ def show_body(server: viser.ViserServer, scan: CleanScan, landmarks: Landmarks) 
 
 def show_sides(scene: viser.SceneApi, scan: CleanScan, landmarks: Landmarks) -> None:
     """Plates that say whose left is left, glued to the lower ribs so that they turn with the body."""
-    rays = SkinRays(scan.display)
     left, right = np.percentile(scan.points[:, 0], [2.0, 98.0])
     bottom = np.percentile(scan.points[:, 1], 2.0)
     navel = landmarks.get("navel")
     height = max(0.86 * float(navel.position[1]), bottom * 0.9) if navel is not None else 0.8 * bottom
     front = float(scan.points[:, 2].max()) + 200.0
-    for side, edge, words in (("left", right, "patient's\nleft"), ("right", left, "patient's\nright")):
-        found = rays.hit_with_normal(np.array([0.62 * edge, height, front]), np.array([0.0, 0.0, -1.0]))
-        if found is None:
-            continue
-        place, normal = found
-        width = 0.21 * (right - left)
-        _lay(scene, f"/sides/{side}", stickers.plate(words), place, _facing(normal), width, lift=4.0)
+    starts = np.array([[0.62 * left, height, front], [0.62 * right, height, front]])
+    hits = SkinCaster(scan.display).cast(starts, np.array([0.0, 0.0, -1.0]))
+    normals = unit(triangle_normals(scan.display.vertices, scan.display.triangles[hits.triangle]))
+    for row, (side, words) in enumerate((("right", "patient's\nright"), ("left", "patient's\nleft"))):
+        if hits.met[row]:
+            width = 0.21 * (right - left)
+            _lay(scene, f"/sides/{side}", stickers.plate(words), hits.points[row], _facing(normals[row]), width, 4.0)
 
 
 def show_landmarks(
@@ -132,7 +133,7 @@ def show_area(scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area
     """A ring the size of the chestpiece on the skin, the fainter region that may hold the place, and the letter."""
     style = stickers.AREA_STYLES[name]
     region = max(area.radius_mm, 1.0)
-    skin = SkinRays(near(scan.display, area.position, 2.0 * max(region, chestpiece) + 20.0))
+    skin = SkinCaster(scan.display)
     normal = _facing(area.normal)
     vertices, triangles = draped_disc(skin, area.position, normal, region)
     scene.add_mesh_simple(
@@ -158,7 +159,7 @@ def show_area(scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area
     _lay(scene, f"/areas/{name}/letter", picture, area.position, normal, 0.46 * chestpiece, lift=3.5)
 
 
-def draped_circle(skin: SkinRays, centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
+def draped_circle(skin: SkinCaster, centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
     """(SPOKES, 3) a circle of this radius about centre (3,), dropped along -normal (3,) onto the skin."""
     right, up = _tangents(normal)
     angles = np.linspace(0.0, 2 * np.pi, SPOKES, endpoint=False)
@@ -166,7 +167,9 @@ def draped_circle(skin: SkinRays, centre: np.ndarray, normal: np.ndarray, radius
     return _dropped(skin, flat, normal)
 
 
-def draped_disc(skin: SkinRays, centre: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def draped_disc(
+    skin: SkinCaster, centre: np.ndarray, normal: np.ndarray, radius: float
+) -> tuple[np.ndarray, np.ndarray]:
     """A filled disc on the skin: vertices (n, 3) and triangles (m, 3), facing along normal."""
     rings = 5
     circles = [draped_circle(skin, centre, normal, radius * (k + 1) / rings) for k in range(rings)]
@@ -181,13 +184,10 @@ def draped_disc(skin: SkinRays, centre: np.ndarray, normal: np.ndarray, radius: 
     return vertices, np.concatenate(triangles)
 
 
-def _dropped(skin: SkinRays, points: np.ndarray, normal: np.ndarray) -> np.ndarray:
+def _dropped(skin: SkinCaster, points: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Points (k, 3) moved along the normal onto the skin, or left where they are beside it."""
-    start = 60.0
-    places = [skin.hit(point + start * normal, -normal) for point in points]
-    return np.stack(
-        [(point if place is None else place) + LIFT_MM * normal for point, place in zip(points, places, strict=True)]
-    )
+    hits = skin.cast(points + DROP_MM * normal, -normal)
+    return np.where(hits.met[:, None], hits.points, points) + LIFT_MM * normal
 
 
 def _facing(normal: np.ndarray) -> np.ndarray:
