@@ -1,4 +1,4 @@
-"""The whole journey on one screen: read -> clean -> landmarks -> choose -> fit -> project -> judge."""
+"""The whole journey on one screen: read -> clean -> landmarks -> fit -> choose -> project -> judge."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lubdub import assembly, stages
+from lubdub.judging.verdict import judge
+from lubdub.methods import METHODS
 from lubdub.results import (
+    CleanScan,
     Examination,
     LandmarkName,
     Library,
@@ -15,7 +19,12 @@ from lubdub.results import (
     Outcome,
     Patient,
     Progress,
+    ScanRefused,
 )
+from lubdub.scans.check import check_scan
+from lubdub.scans.clean import clean
+from lubdub.scans.read import read_scan
+from lubdub.scans.units import find_unit
 
 
 @dataclass(frozen=True)
@@ -37,9 +46,39 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
 
     Raises ScanUnreadable when the bytes are no body scan, ScanRefused when nothing may be shown of it.
     """
-    raise NotImplementedError
+    clock = assembly.Clock(progress)
+    with clock("read"):
+        raw = read_scan(data)
+        unit = find_unit(raw, request.unit, request.landmarks)
+    with clock("clean"):
+        laid = stages.lay_down(clean(raw, unit, request.landmarks), request.landmarks, library.basis)
+    with clock("fit"):
+        chest = stages.understand(laid, request.patient, "lubdub", library)
+    return assembly.examined(chest)
 
 
 def locate(data: bytes, request: Request, library: Library, progress: Progress = quiet) -> Outcome:
     """The four areas on this body, judged. A refusal is an Outcome too; only ScanUnreadable is raised."""
-    raise NotImplementedError
+    clock = assembly.Clock(progress)
+    provenance = assembly.provenance(request.method, library)
+    scan: CleanScan | None = None
+    try:
+        with clock("read"):
+            raw = read_scan(data)
+            unit = find_unit(raw, request.unit, request.landmarks)
+        with clock("clean"):
+            scan = clean(raw, unit, request.landmarks)
+            laid = stages.lay_down(scan, request.landmarks, library.basis)
+            warnings = (*check_scan(laid.scan), *stages.check(laid, request.patient))
+        with clock("fit"):
+            chest = stages.understand(laid, request.patient, request.method, library)
+        with clock("choose"):
+            located = METHODS[request.method](chest, library, progress)
+        with clock("project"):
+            areas, gaps = stages.project(chest, located, raw)
+        with clock("judge"):
+            evidence = stages.evidence(chest, located, gaps, areas, request.method)
+            judged = judge(evidence, warnings)
+    except ScanRefused as refusal:
+        return assembly.refused(refusal.reason, scan, provenance, clock)
+    return assembly.outcome(chest, located, areas, evidence, judged, provenance, clock)

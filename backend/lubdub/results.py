@@ -195,6 +195,15 @@ class Fit:
     strangeness: float
     steps: tuple[Mapping[str, float], ...] = ()
 
+    def moved(self, move: Similarity) -> Fit:
+        """The same body after a rigid move."""
+        return replace(
+            self,
+            surface=Surface(move.apply(self.surface.vertices), self.surface.triangles),
+            landmarks={name: move.apply(place) for name, place in self.landmarks.items()},
+            areas={name: move.apply(place) for name, place in self.areas.items()},
+        )
+
 
 @dataclass(frozen=True)
 class Estimate:

@@ -46,7 +46,7 @@ def believe(
         sources = _sources(name, clicked, fitted, settings.fitted_across_mm, along_sigma)
         if not sources:
             raise ValueError(f"nothing says where the {name} is")
-        for position, across_sigma, height_sigma in sources:
+        for position, _, height_sigma in sources:
             information[row, row] += height_sigma**-2
             vector[row] += position[1] * height_sigma**-2
         weights = np.array([source[1] ** -2 for source in sources])
@@ -54,9 +54,9 @@ def believe(
         across[row] = weights @ positions[:, 0] / weights.sum(), weights.sum() ** -0.5
         depth[row] = weights @ positions[:, 2] / weights.sum()
     if not all(name in clicked for name in BONE_LANDMARKS):
-        row = np.array([1.0, -1.0])
-        information += np.outer(row, row) / length_sigma**2
-        vector += row * expected / length_sigma**2
+        difference = np.array([1.0, -1.0])
+        information += np.outer(difference, difference) / length_sigma**2
+        vector += difference * expected / length_sigma**2
     covariance = np.linalg.inv(information)
     heights = covariance @ vector
     ends = np.stack([across[:, 0], heights, depth], axis=1)

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from lubdub.geometry.frames import Similarity
+from lubdub.geometry.neighbours import SurfaceFinder
 from lubdub.geometry.surface import unit
-from lubdub.results import CleanScan
+from lubdub.results import CleanScan, RawScan
 
 
 @dataclass(frozen=True)
@@ -54,3 +56,13 @@ class Skin:
         slope = normal[:2] / max(float(normal[2]), 0.3)
         z = centre[2] - float(slope @ (place[:2] - centre[:2]))
         return SkinPlace(np.array([place[0], place[1], z]), normal, gap)
+
+
+def snap_to_file(place: np.ndarray, raw: RawScan, body_from_file: Similarity) -> np.ndarray:
+    """The place (3,) body frame, moved to the nearest point of the file's own, uncleaned surface; body frame."""
+    in_file = body_from_file.inverse().apply(place)
+    offset = np.abs(raw.surface.vertices - in_file).max(axis=1)
+    reach = 30.0 / body_from_file.scale
+    near = offset < max(reach, float(offset.min()) * 1.01)
+    nearest, _ = SurfaceFinder(raw.surface.kept(near)).nearest(in_file)
+    return body_from_file.apply(nearest)

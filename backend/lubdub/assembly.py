@@ -1,0 +1,148 @@
+"""Putting an outcome together: what was found, how long it took, and what would be needed to repeat it."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+import numpy as np
+
+from lubdub import __version__
+from lubdub.areas.bones import BoneSettings
+from lubdub.areas.project import DropSettings
+from lubdub.fitting.pose import PoseSettings
+from lubdub.fitting.shape import ShapeFitSettings
+from lubdub.geometry.sparse import solver_name
+from lubdub.judging.measures import chest_coverage, landmark_residual_mm
+from lubdub.judging.verdict import Evidence, Gates
+from lubdub.landmarks.check import LandmarkLimits
+from lubdub.landmarks.suggest import SuggestionSettings
+from lubdub.methods import Chest
+from lubdub.results import (
+    Area,
+    AreaName,
+    CleanScan,
+    Examination,
+    Library,
+    Located,
+    MethodName,
+    Outcome,
+    Progress,
+    Quality,
+    Reason,
+    VerdictWord,
+)
+from lubdub.scans.check import check_scan
+from lubdub.stages import ADULT_STERNUM_MM, SETTINGS
+
+_STARTS_AT = {"read": 0.0, "clean": 0.1, "fit": 0.3, "choose": 0.6, "project": 0.9, "judge": 0.97}
+
+
+class Clock:
+    """Times the stages and tells the listener when each begins."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._start = time.perf_counter()
+        self._seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        """Around one stage."""
+        self._progress(stage, _STARTS_AT[stage])
+        begun = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._seconds[stage] = self._seconds.get(stage, 0.0) + time.perf_counter() - begun
+
+    def seconds(self) -> dict[str, float]:
+        """Stage -> seconds, and the total so far."""
+        return {**self._seconds, "total": time.perf_counter() - self._start}
+
+
+def outcome(
+    chest: Chest,
+    located: Located,
+    areas: Mapping[AreaName, Area],
+    evidence: Evidence,
+    judged: tuple[VerdictWord, tuple[Reason, ...]],
+    provenance: Mapping[str, str],
+    clock: Clock,
+) -> Outcome:
+    """The whole result of a run; its areas are left out when it was refused."""
+    verdict, reasons = judged
+    fit = located.fit
+    quality = Quality(
+        surface_residual_mm=fit.surface_residual_mm if fit else None,
+        landmark_residual_mm=landmark_residual_mm(fit, chest.landmarks) if fit else None,
+        coverage=evidence.coverage,
+        spread_mm=located.measures.get("spread_mm"),
+    )
+    return Outcome(
+        verdict=verdict,
+        reasons=reasons,
+        areas={} if verdict == "refuse" else areas,
+        landmarks=chest.landmarks,
+        scan=chest.scan,
+        fit=fit,
+        references=located.references,
+        selected=located.selected,
+        quality=quality,
+        timings_s=clock.seconds(),
+        method=provenance,
+        steps=fit.steps if fit else (),
+    )
+
+
+def refused(reason: Reason, scan: CleanScan | None, provenance: Mapping[str, str], clock: Clock) -> Outcome:
+    """A run that stopped before there was anything to judge."""
+    return Outcome("refuse", (reason,), {}, {}, scan, None, (), None, None, clock.seconds(), provenance)
+
+
+def provenance(method: MethodName, library: Library) -> dict[str, str]:
+    """Everything that decides the numbers: version, method, solver, constants and references."""
+    constants = repr(
+        (
+            SETTINGS,
+            ShapeFitSettings(),
+            PoseSettings(),
+            BoneSettings(),
+            DropSettings(),
+            LandmarkLimits(),
+            SuggestionSettings(),
+            Gates(),
+        )
+    )
+    return {
+        "name": method,
+        "version": __version__,
+        "solver": solver_name(),
+        "parameters_sha256": hashlib.sha256(constants.encode()).hexdigest(),
+        "references_sha256": library.sha256,
+    }
+
+
+def examined(chest: Chest) -> Examination:
+    """What can be said of a scan before anybody marked it. The chest must have a fit."""
+    if chest.fit is None:
+        raise ValueError("an examination needs a fitted body")
+    points = chest.scan.points
+    low, high = np.percentile(points, (0.5, 99.5), axis=0)
+    fitted = chest.fit.landmarks
+    length = float(np.linalg.norm(fitted["suprasternal_notch"] - fitted["xiphisternum"]))
+    at_chest = points[np.abs(points[:, 1] - fitted["xiphisternum"][1]) < 0.25 * length]
+    size = {"width_mm": high[0] - low[0], "length_mm": high[1] - low[1], "depth_mm": high[2] - low[2]}
+    if len(at_chest) > 50:
+        size["chest_width_mm"] = np.ptp(np.percentile(at_chest[:, 0], (0.5, 99.5)))
+    places = np.array([*chest.fit.areas.values(), fitted["suprasternal_notch"]])
+    coverage = chest_coverage(chest.scan, places, length / ADULT_STERNUM_MM)
+    return Examination(
+        scan=chest.scan,
+        size={name: float(value) for name, value in size.items()},
+        coverage=coverage,
+        suggested={name: mark for name, mark in chest.landmarks.items() if mark.source == "suggested"},
+        warnings=check_scan(chest.scan),
+    )

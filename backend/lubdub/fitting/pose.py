@@ -1,0 +1,148 @@
+"""Which way does an unmarked body lie? Tries the turns its shape allows and keeps the one that explains it.
+
+A chest is nearly its own mirror image, so this never says anything about left and right beyond what a
+proper rotation of a right-handed body implies; a mirrored scan comes out as an unmirrored body.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from lubdub.fitting.shape import Pose, ShapeFitSettings, Target, body_of, fit_shape, start_pose
+from lubdub.geometry.frames import Similarity
+from lubdub.geometry.surface import vertex_normals
+from lubdub.results import CleanScan, Fit, ShapeBasis
+
+
+@dataclass(frozen=True)
+class PoseSettings:
+    """How the turns are tried."""
+
+    scan_points: int = 3000
+    sizes: tuple[float, ...] = (0.8, 1.1)
+    """Starts for the body's size, as a multiple of what the scan's spread suggests."""
+    kept: int = 4
+    """How many of the rough fits are fitted fully."""
+    rough: ShapeFitSettings = field(
+        default_factory=lambda: ShapeFitSettings(
+            iterations=8, first_scale_mm=60.0, last_scale_mm=15.0, modes_by_iteration=(0, 0, 0, 3, 3, 6, 6, 10)
+        )
+    )
+    full: ShapeFitSettings = field(default_factory=lambda: ShapeFitSettings(first_scale_mm=30.0))
+    seed: int = 7
+
+
+@dataclass(frozen=True)
+class PoseFound:
+    """The best pose and its fit; margin: how much better it explains the scan than any other turn (0: not)."""
+
+    pose: Pose
+    fit: Fit
+    score: float
+    margin: float
+
+
+def find_pose(scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None = None) -> PoseFound:
+    """The lie of an unmarked body. scan: any axes, mm."""
+    settings = settings or PoseSettings()
+    target = _thinned(scan, settings)
+    coarse = _coarse(basis)
+    rough = []
+    for start in _starts(target, basis, settings):
+        pose, _ = fit_shape(target, {}, coarse, start, settings.rough)
+        rough.append((_misfit(pose, coarse, target, 15.0), pose))
+    rough.sort(key=lambda pair: pair[0])
+    full = []
+    for _, pose in _distinct(rough)[: settings.kept]:
+        final, fit = fit_shape(target, {}, basis, Pose(pose.body_from_basis, pose.coefficients), settings.full)
+        full.append((_misfit(final, basis, target, 10.0), final, fit))
+    full.sort(key=lambda triple: triple[0])
+    best = full[0]
+    others = [score for score, pose, _ in full[1:] if _turn_between(pose, best[1]) > 0.6]
+    margin = min(others) / best[0] - 1 if others else 1.0
+    return PoseFound(best[1], best[2], best[0], margin)
+
+
+def _thinned(scan: CleanScan, settings: PoseSettings) -> Target:
+    count = len(scan.points)
+    picked = np.random.default_rng(settings.seed).permutation(count)[: settings.scan_points]
+    return Target.of(
+        replace(scan, points=scan.points[picked], normals=scan.normals[picked], is_border=scan.is_border[picked])
+    )
+
+
+def _coarse(basis: ShapeBasis) -> ShapeBasis:
+    """The basis with every third vertex counted: enough for a rough pose."""
+    weight = basis.data_weight.copy()
+    weight[np.arange(len(weight)) % 3 != 0] = 0.0
+    return replace(basis, data_weight=weight)
+
+
+def _starts(target: Target, basis: ShapeBasis, settings: PoseSettings) -> list[Pose]:
+    """All proper turns of the scan's principal axes, at two sizes."""
+    centre = target.points.mean(axis=0)
+    spread = target.points - centre
+    axes = np.linalg.svd(spread, full_matrices=False)[2]
+    trunk = basis.mean[basis.data_weight > 0.5]
+    ratio = float(np.linalg.norm(spread, axis=1).mean() / np.linalg.norm(trunk - trunk.mean(0), axis=1).mean())
+    poses = []
+    for size, rotation in itertools.product(settings.sizes, _proper_turns(axes)):
+        scale = ratio * size
+        front = trunk[vertex_normals(basis.mean, basis.triangles)[basis.data_weight > 0.5][:, 2] > 0].mean(axis=0)
+        poses.append(start_pose(Similarity(scale, rotation, centre - scale * rotation @ front), basis))
+    return [pose for pose in poses if _faces_the_scanned_side(pose, target)]
+
+
+def _proper_turns(axes: np.ndarray) -> list[np.ndarray]:
+    """The 24 rotations that lay the body's axes along the three given rows."""
+    turns = []
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0, -1.0), repeat=3):
+            rotation = (axes[list(order)] * np.array(signs)[:, None]).T
+            if np.linalg.det(rotation) > 0:
+                turns.append(rotation)
+    return turns
+
+
+def _faces_the_scanned_side(pose: Pose, target: Target) -> bool:
+    """False when the body's front would look away from the side that was scanned; always True for whole bodies."""
+    outward = target.normals.mean(axis=0)
+    return bool(pose.body_from_basis.rotation[:, 2] @ outward > -0.3)
+
+
+def _misfit(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> float:
+    """How badly body and scan explain each other, in mm, both ways, each distance capped at 4 x limit."""
+    cap = 4 * limit
+    vertices = body_of(pose, basis)
+    normals = vertex_normals(vertices, basis.triangles)
+    outward = target.normals.mean(axis=0)
+    used = basis.data_weight > 0.3
+    if np.linalg.norm(outward) > 0.3:  # one-sided: the body's far side cannot be there
+        used &= normals @ outward > 0.2 * float(np.linalg.norm(outward))
+    distance, nearest = target.tree.query(vertices[used])
+    wrong_way = (normals[used] * target.normals[nearest]).sum(1) < 0.3
+    there = np.minimum(np.where(wrong_way, cap, distance), cap).mean() if used.any() else cap
+    back = np.minimum(cKDTree(vertices).query(target.points)[0], cap)
+    return float(there + 0.5 * np.sort(back)[: int(0.7 * len(back))].mean() + 2.0 * _oddness(pose))
+
+
+def _oddness(pose: Pose) -> float:
+    return float(np.sqrt(np.mean(pose.coefficients**2)))
+
+
+def _distinct(rough: list[tuple[float, Pose]]) -> list[tuple[float, Pose]]:
+    kept: list[tuple[float, Pose]] = []
+    for score, pose in rough:
+        if all(_turn_between(pose, other) > 0.35 for _, other in kept):
+            kept.append((score, pose))
+    return kept
+
+
+def _turn_between(first: Pose, second: Pose) -> float:
+    """Angle between two poses, radians."""
+    relative = first.body_from_basis.rotation @ second.body_from_basis.rotation.T
+    return float(np.arccos(np.clip((np.trace(relative) - 1) / 2, -1, 1)))

@@ -1,0 +1,34 @@
+"""Numbers about a result that say whether it can be trusted."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from lubdub.results import CleanScan, Fit, Landmarks
+
+
+def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
+    """Share of the chest's front, around the breastbone and the four places, that has scanned skin.
+
+    places: (k, 3) points of the chest, body frame: the areas and the bone points; size: share of an adult's
+    breastbone. A grid of 8 mm cells (scaled) over their frontal rectangle, counted when skin lies within one
+    chestpiece's radius.
+    """
+    low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
+    step = 8.0 * size
+    grid = np.stack(np.meshgrid(*(np.arange(a, b + step, step) for a, b in zip(low, high, strict=True))), axis=-1)
+    facing = scan.points[scan.normals[:, 2] > 0.1]
+    if not len(facing):
+        return 0.0
+    distance = cKDTree(facing[:, :2]).query(grid.reshape(-1, 2))[0]
+    return float(np.mean(distance < 12.0 * size))
+
+
+def landmark_residual_mm(fit: Fit, landmarks: Landmarks) -> float | None:
+    """Root mean square distance from the clicked landmarks to the fitted body's own; None without clicks."""
+    clicked = [name for name, landmark in landmarks.items() if landmark.source == "given"]
+    if not clicked:
+        return None
+    offsets = [fit.landmarks[name] - landmarks[name].position for name in clicked]
+    return float(np.sqrt(np.mean(np.sum(np.square(offsets), axis=1))))

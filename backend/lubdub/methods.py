@@ -1,0 +1,127 @@
+"""Three ways from a clean scan with landmarks to the four areas, behind one interface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lubdub.areas.bones import believe
+from lubdub.areas.rule import Breastbone, distance_mm, place_areas
+from lubdub.fitting.paper import fit_paper
+from lubdub.library.choose import choose
+from lubdub.library.nearest import rank_by_shape
+from lubdub.results import (
+    BONE_LANDMARKS,
+    AreaName,
+    CleanScan,
+    Estimate,
+    Fit,
+    LandmarkName,
+    Landmarks,
+    Library,
+    Located,
+    MethodName,
+    Patient,
+    Progress,
+)
+
+
+@dataclass(frozen=True)
+class Chest:
+    """What every method is given: the skin in the body frame, all landmarks, the person.
+
+    landmarks: all five, given or suggested. fit: the shape basis bent onto the scan; always there for `lubdub`,
+    otherwise only when landmarks had to be suggested. age_years: as said, or read off the breastbone.
+    """
+
+    scan: CleanScan
+    landmarks: Landmarks
+    patient: Patient
+    age_years: float
+    fit: Fit | None
+
+
+Method = Callable[[Chest, Library, Progress], Located]
+
+
+def by_rule(chest: Chest, library: Library, progress: Progress) -> Located:
+    """The anatomy table on the breastbone's two ends: no registration. The baseline that others must beat."""
+    bone = believe(chest.landmarks, {}, chest.patient)
+    return Located(place_areas(bone, chest.age_years), None, (), None, {"sternum_mm": bone.length_mm})
+
+
+def by_paper(chest: Chest, library: Library, progress: Progress) -> Located:
+    """FPFH, RANSAC and ICP to every reference, the least Chamfer distance, then landmark-guided N-ICP."""
+    choice = choose(chest.scan, chest.landmarks, library.references)
+    progress("fit", 0.5)
+    fit = fit_paper(chest.scan, chest.landmarks, choice.selected, choice.start)
+    length = float(fit.landmarks["suprasternal_notch"][1] - fit.landmarks["xiphisternum"][1])
+    areas = {name: Estimate(place, PAPER_SIGMA * length) for name, place in fit.areas.items()}
+    measures = {"surface_residual_mm": fit.surface_residual_mm, "sternum_mm": length}
+    measures |= _against_rule(chest, fit.areas)
+    return Located(areas, fit, choice.ranked, choice.selected.id, measures)
+
+
+def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
+    """Bone first: the rule on bone points believed from clicks, the fitted body and growth tables together."""
+    if chest.fit is None:
+        raise ValueError("this method needs a fitted body")
+    bone = believe(_given(chest.landmarks), chest.fit.landmarks, chest.patient)
+    areas = place_areas(bone, chest.age_years)
+    ranked = rank_by_shape(chest.fit.surface, library.references)
+    measures = {
+        "surface_residual_mm": chest.fit.surface_residual_mm,
+        "strangeness": chest.fit.strangeness,
+        "sternum_mm": bone.length_mm,
+        "rule_disagreement_mm": _disagreement(bone, chest),
+        "spread_mm": _spread_mm(areas, chest.fit.areas),
+    }
+    return Located(areas, chest.fit, ranked, ranked[0].id if ranked else None, measures)
+
+
+METHODS: Mapping[MethodName, Method] = {"lubdub": by_lubdub, "paper": by_paper, "rule": by_rule}
+
+PAPER_SIGMA = np.array([0.08, 0.11])
+"""Error of areas carried by skin alone, in shares of the breastbone: 14 mm on a real man from CT (S = 158)."""
+
+
+def _given(landmarks: Landmarks) -> Landmarks:
+    return {name: landmark for name, landmark in landmarks.items() if landmark.source == "given"}
+
+
+def _disagreement(bone: Breastbone, chest: Chest) -> float:
+    """How far the rule on the fitted body's own bones lies from the answer: a registration against a ruler."""
+    if chest.fit is None:
+        return 0.0
+    fitted = chest.fit.landmarks
+    zero = np.zeros(2)
+    own = Breastbone(fitted["suprasternal_notch"], fitted["xiphisternum"], zero, zero)
+    return distance_mm(_positions(place_areas(bone, chest.age_years)), _positions(place_areas(own, chest.age_years)))
+
+
+def _against_rule(chest: Chest, areas: Mapping[AreaName, np.ndarray]) -> dict[str, float]:
+    """The same for areas carried by a mesh, when the bones were clicked."""
+    given = _given(chest.landmarks)
+    if not all(name in given for name in BONE_LANDMARKS):
+        return {}
+    rule = place_areas(believe(given, {}, chest.patient), chest.age_years)
+    return {"rule_disagreement_mm": distance_mm(_positions(rule), areas)}
+
+
+def _spread_mm(areas: Mapping[AreaName, Estimate], carried: Mapping[AreaName, np.ndarray]) -> float:
+    offsets = [(areas[name].position - carried[name])[:2] for name in areas]
+    return float(np.sqrt(np.mean(np.sum(np.square(offsets), axis=1))))
+
+
+def _positions(areas: Mapping[AreaName, Estimate]) -> dict[AreaName, np.ndarray]:
+    return {name: estimate.position for name, estimate in areas.items()}
+
+
+NEEDED: Mapping[MethodName, tuple[LandmarkName, ...]] = {
+    "lubdub": (),
+    "paper": ("navel", "nipple_left", "nipple_right"),
+    "rule": BONE_LANDMARKS,
+}
+"""Landmarks a method cannot do without; missing ones are suggested first, from a shape fit."""

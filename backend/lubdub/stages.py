@@ -1,0 +1,176 @@
+"""The steps of the pipeline that join two rooms: small, in the order in which the pipeline takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lubdub.areas.anatomy import age_from_sternum, sternum_length_mm
+from lubdub.areas.project import Skin, snap_to_file
+from lubdub.areas.rule import region_radius_mm
+from lubdub.areas.words import instruction
+from lubdub.fitting.pose import find_pose
+from lubdub.fitting.shape import Pose, Pull, Target, fit_shape, start_pose
+from lubdub.geometry.frames import Similarity, body_axes
+from lubdub.geometry.surface import carry
+from lubdub.judging import reasons
+from lubdub.judging.measures import chest_coverage
+from lubdub.judging.verdict import PUBERTY_YEARS, Evidence
+from lubdub.landmarks.check import check_landmarks
+from lubdub.landmarks.frame import can_frame, frame_from_landmarks, long_axis
+from lubdub.landmarks.suggest import suggest
+from lubdub.methods import NEEDED, Chest
+from lubdub.results import (
+    BONE_LANDMARKS,
+    LANDMARK_NAMES,
+    Area,
+    AreaName,
+    CleanScan,
+    Fit,
+    Landmark,
+    LandmarkName,
+    Library,
+    Located,
+    MethodName,
+    Patient,
+    RawScan,
+    Reason,
+    ScanRefused,
+    ShapeBasis,
+)
+
+ADULT_STERNUM_MM = 150.0
+
+
+@dataclass(frozen=True)
+class StageSettings:
+    """How far clicks are trusted (one standard deviation) and what an unmarked scan must show."""
+
+    bone_click_mm: float = 6.0
+    """An expert is off by 5 mm, a parent by 10."""
+    skin_click_mm: float = 5.0
+    bone_pull_mm: float = 5.0
+    navel_pull_mm: float = 8.0
+    nipple_pull_mm: float = 10.0
+    breast_nipple_pull_mm: float = 30.0
+    """After puberty a woman's nipples slide 30-40 mm over the ribs when she lies down."""
+    pose_margin: float = 0.04
+    pose_misfit_mm: float = 25.0
+
+
+SETTINGS = StageSettings()
+
+
+@dataclass(frozen=True)
+class Laid:
+    """A scan in the body frame, the given landmarks in it, and where a shape fit should start."""
+
+    scan: CleanScan
+    given: Mapping[LandmarkName, np.ndarray]
+    start: Pose
+
+
+def lay_down(scan: CleanScan, in_file: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> Laid:
+    """Turn a scan into the body frame: by its landmarks, or by its shape when they do not suffice.
+
+    in_file: landmarks in the file's coordinates. Raises ScanRefused when no turn explains the scan.
+    """
+    clicked = {name: scan.body_from_file.apply(np.asarray(place, float)) for name, place in in_file.items()}
+    if can_frame(clicked):
+        move = frame_from_landmarks(clicked, scan.points, scan.normals)
+        given = {name: move.apply(place) for name, place in clicked.items()}
+        return Laid(scan.moved(move), given, _start_from(given, basis))
+    found = find_pose(scan, basis)
+    if found.score > SETTINGS.pose_misfit_mm * found.pose.body_from_basis.scale:
+        raise ScanRefused(reasons.FIT_FAILED)
+    if found.margin < SETTINGS.pose_margin:
+        raise ScanRefused(reasons.ORIENTATION_UNKNOWN)
+    rotation = found.pose.body_from_basis.rotation.T
+    move = Similarity(1.0, rotation, -rotation @ found.fit.landmarks["suprasternal_notch"])
+    start = Pose(move.after(found.pose.body_from_basis), found.pose.coefficients)
+    return Laid(scan.moved(move), {name: move.apply(place) for name, place in clicked.items()}, start)
+
+
+def _start_from(given: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> Pose:
+    """The mean body, upright in the body frame, sized and placed by the given landmarks."""
+    everywhere = carry(basis.landmark_weights, basis.landmark_corners, basis.mean)
+    rows = [LANDMARK_NAMES.index(name) for name in given]
+    source, target = everywhere[rows], np.array(list(given.values()))
+    scale = float(np.std(target[:, 1]) / np.std(source[:, 1]))
+    return start_pose(Similarity(scale, np.eye(3), target.mean(0) - scale * source.mean(0)), basis)
+
+
+def check(laid: Laid, patient: Patient) -> tuple[Reason, ...]:
+    """Whether the given landmarks can belong to one body of this age. Raises ScanRefused when not."""
+    age = patient.age_years
+    expected = None if age is None else sternum_length_mm(age, patient.sex)
+    return check_landmarks(laid.scan, laid.given, expected)
+
+
+def understand(laid: Laid, patient: Patient, method: MethodName, library: Library) -> Chest:
+    """Fit the shape basis where the method needs it, suggest what was not clicked, straighten the frame."""
+    given = {name: Landmark(place, "given", _click_sigma(name)) for name, place in laid.given.items()}
+    if method != "lubdub" and all(name in given for name in NEEDED[method]):
+        return Chest(laid.scan, given, patient, _age(patient, given, None), None)
+    pose, fit = fit_shape(Target.of(laid.scan), _pulls(laid.given, patient), library.basis, laid.start)
+    move = _straighten(pose, fit, laid.given)
+    scan, fit = laid.scan.moved(move), fit.moved(move)
+    moved = {name: Landmark(move.apply(mark.position), "given", mark.uncertainty_mm) for name, mark in given.items()}
+    landmarks = {**suggest(scan, fit), **moved}
+    return Chest(scan, landmarks, patient, _age(patient, moved, fit), fit)
+
+
+def _click_sigma(name: LandmarkName) -> float:
+    return SETTINGS.bone_click_mm if name in BONE_LANDMARKS else SETTINGS.skin_click_mm
+
+
+def _pulls(given: Mapping[LandmarkName, np.ndarray], patient: Patient) -> dict[LandmarkName, Pull]:
+    grown_woman = patient.sex != "male" and (patient.age_years is None or patient.age_years >= PUBERTY_YEARS)
+    nipple = SETTINGS.breast_nipple_pull_mm if grown_woman else SETTINGS.nipple_pull_mm
+    bone, navel = SETTINGS.bone_pull_mm, SETTINGS.navel_pull_mm
+    sigma = dict(zip(LANDMARK_NAMES, (bone, bone, navel, nipple, nipple), strict=True))
+    return {name: Pull(place, sigma[name]) for name, place in given.items()}
+
+
+def _straighten(pose: Pose, fit: Fit, given: Mapping[LandmarkName, np.ndarray]) -> Similarity:
+    """The small rigid move that puts the clicked long axis on +y, the fitted front on +z, the notch at 0."""
+    best = {**fit.landmarks, **given}
+    rotation = body_axes(long_axis(best), pose.body_from_basis.rotation[:, 2])
+    return Similarity(1.0, rotation, -rotation @ best["suprasternal_notch"])
+
+
+def _age(patient: Patient, given: Mapping[LandmarkName, Landmark], fit: Fit | None) -> float:
+    """The age as said; otherwise the age that usually goes with this breastbone."""
+    if patient.age_years is not None:
+        return patient.age_years
+    places = dict(fit.landmarks) if fit else {}
+    places |= {name: mark.position for name, mark in given.items()}
+    if not all(name in places for name in BONE_LANDMARKS):
+        return 18.0
+    return age_from_sternum(float(np.linalg.norm(places["suprasternal_notch"] - places["xiphisternum"])))
+
+
+def project(chest: Chest, located: Located, raw: RawScan) -> tuple[dict[AreaName, Area], dict[AreaName, float]]:
+    """The areas on the file's own surface, and how far each place was from scanned skin."""
+    skin = Skin(chest.scan)
+    notch = chest.landmarks["suprasternal_notch"].position if "suprasternal_notch" in chest.landmarks else np.zeros(3)
+    areas, gaps = {}, {}
+    for name, estimate in located.areas.items():
+        place = skin.drop(estimate.position)
+        position = snap_to_file(place.position, raw, chest.scan.body_from_file)
+        words = instruction(name, estimate.position, notch)
+        areas[name] = Area(position, place.normal, region_radius_mm(estimate.sigma_mm), words)
+        gaps[name] = place.gap_mm
+    return areas, gaps
+
+
+def evidence(
+    chest: Chest, located: Located, gaps: Mapping[AreaName, float], areas: Mapping[AreaName, Area], method: MethodName
+) -> Evidence:
+    """What the judge looks at."""
+    size = located.measures["sternum_mm"] / ADULT_STERNUM_MM
+    places = np.array([area.position for area in areas.values()] + [np.zeros(3)])
+    coverage = chest_coverage(chest.scan, places, size)
+    return Evidence(located, method, chest.patient, chest.landmarks, gaps, coverage, size)
