@@ -114,12 +114,31 @@ def thin(points: np.ndarray, normals: np.ndarray, marked: np.ndarray, spacing_mm
 
     points, normals: (n, 3); marked: (n,) bool. The order of the points does not matter.
     """
-    cubes = np.floor(points / spacing_mm).astype(np.int64)
-    _, cube = np.unique(cubes, axis=0, return_inverse=True)
-    cube = cube.ravel()
+    cubes = np.floor((points - points.min(axis=0)) / spacing_mm).astype(np.int64)
+    _, many, deep = cubes.max(axis=0) + 1
+    _, cube = np.unique((cubes[:, 0] * many + cubes[:, 1]) * deep + cubes[:, 2], return_inverse=True)
     size = np.bincount(cube)
     mean = np.stack([np.bincount(cube, points[:, axis]) for axis in range(3)], axis=1) / size[:, None]
     away = np.linalg.norm(points - mean[cube], axis=1)
     order = np.lexsort((away, cube))
     chosen = order[np.searchsorted(cube[order], np.arange(len(size)))]
     return Thinned(points[chosen], normals[chosen], np.bincount(cube, marked) > 0)
+
+
+def spread_points(surface: Surface, spacing_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points all over a surface's triangles, none farther than about spacing_mm from the next.
+
+    Returns (k, 3) points, those on shared edges more than once, and (k,) bool, True for points on the rim.
+    """
+    corners = surface.vertices[surface.triangles]
+    sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+    cuts = np.maximum(1, np.ceil(sides.max(axis=1) / spacing_mm)).astype(np.int64)
+    rim = rim_of(surface)[surface.triangles].astype(np.float64)
+    points, on_rim = [], []
+    for count in np.unique(cuts):
+        grid = [(i, j, count - i - j) for i in range(count + 1) for j in range(count + 1 - i)]
+        weights = np.array(grid) / count
+        these = cuts == count
+        points.append(np.einsum("wc,mcd->mwd", weights, corners[these]).reshape(-1, 3))
+        on_rim.append((rim[these] @ weights.T).ravel() > 1 - 1e-9)
+    return np.concatenate(points), np.concatenate(on_rim)

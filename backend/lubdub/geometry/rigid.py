@@ -55,7 +55,7 @@ class OverlaySettings:
     """How far apart matched points may lie, in spacings."""
     edge_similarity: float = 0.9
     """Edges between matches must agree in length to this share: rejects most false triples cheaply."""
-    ransac_iterations: int = 100_000
+    ransac_iterations: int = 30_000
     ransac_confidence: float = 0.999
     icp_distances: tuple[float, ...] = (3.0, 1.0)
     """ICP is run once per entry, with this reach in spacings."""
@@ -95,21 +95,23 @@ def ransac_start(source: FeatureCloud, target: FeatureCloud, settings: OverlaySe
     registration = open3d.pipelines.registration
     reach = settings.ransac_distance * target.spacing_mm
     open3d.utility.random.seed(settings.seed)
-    found = registration.registration_ransac_based_on_feature_matching(
-        source.cloud,
-        target.cloud,
-        source.features,
-        target.features,
-        True,
-        reach,
-        registration.TransformationEstimationPointToPoint(False),
-        3,
-        [
-            registration.CorrespondenceCheckerBasedOnEdgeLength(settings.edge_similarity),
-            registration.CorrespondenceCheckerBasedOnDistance(reach),
-        ],
-        registration.RANSACConvergenceCriteria(settings.ransac_iterations, settings.ransac_confidence),
-    )
+    # Open3D writes its warnings to standard output, where a result may be expected.
+    with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+        found = registration.registration_ransac_based_on_feature_matching(
+            source.cloud,
+            target.cloud,
+            source.features,
+            target.features,
+            True,
+            reach,
+            registration.TransformationEstimationPointToPoint(False),
+            3,
+            [
+                registration.CorrespondenceCheckerBasedOnEdgeLength(settings.edge_similarity),
+                registration.CorrespondenceCheckerBasedOnDistance(reach),
+            ],
+            registration.RANSACConvergenceCriteria(settings.ransac_iterations, settings.ransac_confidence),
+        )
     return Similarity.from_matrix(found.transformation)
 
 
