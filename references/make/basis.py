@@ -1,0 +1,204 @@
+"""The linear model of lying torsos: what build, age and sex do, and what each may do on its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lubdub.geometry.surface import vertex_normals
+from references.make.anatomy import Marks, place_areas
+from references.make.body import Body, Workshop
+from references.make.fields import along_body, bump, front_share, signs_fixed, slide_on_skin, smooth_modes, smoothstep
+from references.make.phenotype import Phenotype, Sex, draw_phenotype, median_stature
+from references.make.posture import Lying
+
+
+@dataclass(frozen=True)
+class BasisSettings:
+    """Numbers of the model; spreads are one standard deviation, in sternum lengths S where so named."""
+
+    seed: int = 2026
+    bodies: int = 800
+    children_share: float = 0.4
+    build_modes: int = 54
+    smooth_shapes: int = 17
+    """Times three directions."""
+    smooth_mm: float = 6.0
+    smooth_reach_mm: float = 120.0
+    mean_radius_mm: float = 190.0
+    """Root mean square distance of the mean's vertices from their centre: an average adult."""
+    sternum_share: float = 0.08
+    navel_shift: float = 0.15
+    """Navel 2.2 to 2.7 S below the notch."""
+    bones_shift: float = 0.08
+    """Both bone points together against neck, shoulders and hips."""
+    shoulder_shift: float = 0.20
+    shoulder_tilt: float = 0.08
+    nipple_up: float = 0.14
+    """0.65 to 1.3 S below the notch is the whole range."""
+    nipple_out: float = 0.08
+    nipple_asymmetry: float = 0.03
+    nipple_reach: float = 0.30
+    arm_turn_deg: float = 12.0
+
+
+@dataclass(frozen=True)
+class Basis:
+    """As `lubdub.results.ShapeBasis`, before it is written."""
+
+    mean: np.ndarray
+    modes: np.ndarray
+    landmarks: Marks
+    areas: tuple[Marks, Marks]
+    data_weight: np.ndarray
+
+
+def build_basis(workshop: Workshop, settings: BasisSettings | None = None) -> Basis:
+    """Draws the training bodies, aligns them, and adds the independent directions. Takes about a minute."""
+    settings = settings or BasisSettings()
+    marks = workshop.body(_average_man()).landmarks
+    bodies = np.array([_with_bones_at_marks(workshop, body, marks) for body in draw_bodies(workshop, settings)])
+    mean, aligned = _aligned(bodies, workshop.torso.trunk, settings.mean_radius_mm)
+    notch = np.einsum("c,cd->d", marks.weights[0], mean[marks.corners[0]])
+    mean = mean - notch
+    build = _principal_modes(aligned - aligned.mean(0), settings.build_modes)
+    own = _own_directions(workshop, mean, marks, settings)
+    smooth = smooth_modes(mean, settings.smooth_reach_mm, settings.smooth_mm, settings.smooth_shapes)
+    landmarks = Marks(np.einsum("kc,kcd->kd", marks.weights, mean[marks.corners]), marks.corners, marks.weights)
+    areas = tuple(place_areas(mean, workshop.trunk_triangles, landmarks.positions[:2], age) for age in (30.0, 2.0))
+    weight = data_weight(mean, workshop.torso.triangles, workshop.torso.trunk, landmarks)
+    return Basis(mean, np.concatenate([build, own, smooth]), landmarks, (areas[0], areas[1]), weight)
+
+
+def _average_man() -> Phenotype:
+    return Phenotype(25.0, "male", median_stature(25.0, "male"))
+
+
+def draw_bodies(workshop: Workshop, settings: BasisSettings) -> list[Body]:
+    """Random people of all ages lying on their backs, breasts sunk more or less; arms all alike."""
+    random = np.random.default_rng(settings.seed)
+    bodies = []
+    for place in range(settings.bodies):
+        child = random.random() < settings.children_share
+        age = random.uniform(0.0, 16.0) if child else random.uniform(16.0, 85.0)
+        sex: Sex = "female" if place % 2 else "male"
+        lying = Lying(
+            back_pressed=random.uniform(0.06, 0.18),
+            belly_sinks=random.uniform(0.03, 0.16),
+            breast_flattens=random.uniform(0.3, 0.7),
+            breast_slides_up=random.uniform(0.05, 0.5),
+            breast_slides_out=random.uniform(0.05, 0.5),
+        )
+        bodies.append(workshop.body(draw_phenotype(random, age, sex), lying))
+    return bodies
+
+
+def _with_bones_at_marks(workshop: Workshop, body: Body, marks: Marks) -> np.ndarray:
+    """(n, 3) the same skin, its vertices slid along the body so that the shared marks lie on this body's bones."""
+    vertices = body.vertices
+    front = front_share(vertices, workshop.torso.triangles) * workshop.torso.trunk
+    for _ in range(3):  # the slide is not quite linear on curved skin
+        carried = np.einsum("kc,kcd->kd", marks.weights[:2], vertices[marks.corners[:2]])
+        notch, xiphoid = body.landmarks.positions[:2, 1] - carried[:, 1]
+        navel, sternum = body.landmarks.positions[2, 1], body.sternum_mm
+        levels = (carried[0, 1] + 0.5 * sternum, carried[0, 1], carried[1, 1], navel)
+        shift = along_body(vertices[:, 1], levels, (0.0, notch, xiphoid, 0.0))
+        vertices = vertices + slide_on_skin(vertices, np.column_stack([np.zeros_like(shift), shift]), front)
+    return vertices
+
+
+def _aligned(bodies: np.ndarray, weight: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Generalised Procrustes with scale, on the trunk. Returns mean (n, 3) and aligned bodies (b, n, 3)."""
+    mean = bodies[0]
+    for _ in range(4):
+        mean = mean - np.average(mean, axis=0, weights=weight)
+        mean = mean * radius / np.sqrt(((mean - mean.mean(0)) ** 2).sum(1).mean())
+        aligned = np.array([_onto(body, mean, weight) for body in bodies])
+        mean = aligned.mean(0)
+    return mean, aligned
+
+
+def _onto(body: np.ndarray, mean: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Weighted similarity (Umeyama 1991) of a body onto the mean."""
+    share = (weight / weight.sum())[:, None]
+    start, end = (share * body).sum(0), (share * mean).sum(0)
+    a, b = body - start, mean - end
+    u, sizes, vt = np.linalg.svd((share * b).T @ a)
+    flip = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    scale = (sizes * flip).sum() / (share * a * a).sum()
+    return scale * a @ (u * flip @ vt).T + end
+
+
+def _principal_modes(differences: np.ndarray, count: int) -> np.ndarray:
+    rows = differences.reshape(len(differences), -1)
+    _, sizes, directions = np.linalg.svd(rows, full_matrices=False)
+    modes = directions[:count] * sizes[:count, None] / np.sqrt(len(rows) - 1)
+    modes = modes * signs_fixed(modes)[:, None]
+    return modes.reshape(count, -1, 3)
+
+
+def _own_directions(workshop: Workshop, mean: np.ndarray, marks: Marks, settings: BasisSettings) -> np.ndarray:
+    """(d, n, 3) what skin and bones may do independently of build: `results` of section 9's lesson."""
+    landmarks = np.einsum("kc,kcd->kd", marks.weights, mean[marks.corners])
+    trunk = workshop.torso.trunk
+    front = front_share(mean, workshop.torso.triangles) * trunk
+    sternum = -landmarks[1, 1]
+    levels = (0.6 * sternum, 0.0, -sternum, landmarks[2, 1], landmarks[2, 1] - 0.8 * sternum)
+
+    def bones(*shifts: float) -> np.ndarray:
+        profile = along_body(mean[:, 1], levels, np.array(shifts) * sternum)
+        return slide_on_skin(mean, np.column_stack([np.zeros_like(profile), profile]), front)
+
+    directions = [
+        bones(0.0, 0.0, -settings.sternum_share, 0.0, 0.0),
+        bones(0.0, -settings.bones_shift, -settings.bones_shift, 0.0, 0.0),
+        bones(0.0, 0.0, 0.0, -settings.navel_shift, 0.0),
+        *_nipple_directions(mean, landmarks, sternum, front, settings),
+        *_shoulder_directions(mean, trunk, sternum, settings),
+        *_arm_directions(workshop, settings),
+    ]
+    return np.array(directions)
+
+
+def _nipple_directions(
+    mean: np.ndarray, landmarks: np.ndarray, sternum: float, front: np.ndarray, settings: BasisSettings
+) -> list[np.ndarray]:
+    left, right = (bump(mean, landmarks[place], settings.nipple_reach * sternum) for place in (3, 4))
+    unit_shifts = {
+        "up": (np.column_stack([0 * left, left + right]), settings.nipple_up),
+        "out": (np.column_stack([left - right, 0 * left]), settings.nipple_out),
+        "left higher": (np.column_stack([0 * left, left - right]), settings.nipple_asymmetry),
+        "left further out": (np.column_stack([left + right, 0 * left]), settings.nipple_asymmetry),
+    }
+    ironed = 0.4 * sternum
+    return [slide_on_skin(mean, shift * share * sternum, front, ironed) for shift, share in unit_shifts.values()]
+
+
+def _shoulder_directions(
+    mean: np.ndarray, trunk: np.ndarray, sternum: float, settings: BasisSettings
+) -> list[np.ndarray]:
+    side = np.sign(mean[:, 0])
+    up = np.array([0.0, 1.0, 0.0])
+    rise = (1.0 - trunk)[:, None] * up
+    return [rise * settings.shoulder_shift * sternum, rise * side[:, None] * settings.shoulder_tilt * sternum]
+
+
+def _arm_directions(workshop: Workshop, settings: BasisSettings) -> list[np.ndarray]:
+    man, turn = _average_man(), settings.arm_turn_deg
+    directions = []
+    for left, right in ((turn, 0.0), (0.0, turn)):
+        lower, higher = (
+            workshop.body(Phenotype(man.age_years, man.sex, man.stature_mm, arms_deg=(35 + s * left, 35 + s * right)))
+            for s in (1, -1)
+        )
+        directions.append((lower.vertices - higher.vertices) / 2)
+    return directions
+
+
+def data_weight(mean: np.ndarray, triangles: np.ndarray, trunk: np.ndarray, landmarks: Marks) -> np.ndarray:
+    """(n,) how much skin there says: 1 on the trunk's front and flanks, 0 on arms, shoulders, neck and back."""
+    sternum = -landmarks.positions[1, 1]
+    facing = smoothstep(vertex_normals(mean, triangles)[:, 2], -0.7, -0.2)
+    below_neck = 1.0 - smoothstep(mean[:, 1], 0.15 * sternum, 0.45 * sternum)
+    return smoothstep(trunk, 0.3, 0.95) * facing * below_neck

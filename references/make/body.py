@@ -1,0 +1,64 @@
+"""One lying body with its bones, navel, nipples and areas, in the body frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from references.make.anatomy import Marks, place_areas, place_bones, sternum_mm
+from references.make.makehuman import MakeHuman
+from references.make.phenotype import Phenotype
+from references.make.posture import NAVEL, NIPPLE_LEFT, NIPPLE_RIGHT, Lying, lie_down
+from references.make.torso import cut_torso, joint
+from references.make.wheel import makehuman_folder
+
+
+@dataclass(frozen=True)
+class Body:
+    """whole: (19158, 3) all of the person; vertices: (n, 3) the shared torso; both mm, body frame.
+
+    landmarks: five Marks in the order of LANDMARK_NAMES; areas: four in the order of AREA_NAMES.
+    """
+
+    phenotype: Phenotype
+    whole: np.ndarray
+    vertices: np.ndarray
+    landmarks: Marks
+    areas: Marks
+    sternum_mm: float
+
+
+class Workshop:
+    """What every step of the build needs: MakeHuman and the shared topology."""
+
+    def __init__(self) -> None:
+        self.makehuman = MakeHuman(makehuman_folder())
+        self.torso = cut_torso(self.makehuman)
+        order = {int(vertex): place for place, vertex in enumerate(self.torso.indices)}
+        self.navel_and_nipples = np.array([order[vertex] for vertex in (NAVEL, NIPPLE_LEFT, NIPPLE_RIGHT)])
+
+    def body(self, phenotype: Phenotype, lying: Lying | None = None) -> Body:
+        """Builds, lays down, marks, and puts the notch at the origin."""
+        whole = lie_down(self.makehuman, self.torso, phenotype, lying)
+        sternum = sternum_mm(phenotype.age_years, phenotype.sex, phenotype.stature_mm)
+        clavicle = joint(whole, self.makehuman.base, "l-clavicle")[1]
+        trunk = self.trunk_triangles
+        vertices = whole[self.torso.indices]
+        bones = place_bones(vertices, trunk, clavicle, phenotype.stature_mm, sternum)
+        origin = bones.positions[0]
+        whole, vertices = whole - origin, vertices - origin
+        landmarks = self.mark_landmarks(vertices, bones)
+        areas = place_areas(vertices, trunk, landmarks.positions[:2], phenotype.age_years)
+        return Body(phenotype, whole, vertices, landmarks, areas, sternum)
+
+    @property
+    def trunk_triangles(self) -> np.ndarray:
+        """(k, 3) the triangles that can carry a mark: no arms."""
+        return self.torso.triangles[(self.torso.trunk[self.torso.triangles] > 0.05).any(axis=1)]
+
+    def mark_landmarks(self, vertices: np.ndarray, bones: Marks) -> Marks:
+        """The two bone points as placed, then navel and nipples, which are vertices of the topology."""
+        corners = np.concatenate([bones.corners, np.repeat(self.navel_and_nipples[:, None], 3, axis=1)])
+        weights = np.concatenate([bones.weights, np.tile([1.0, 0.0, 0.0], (3, 1))])
+        return Marks(np.einsum("kc,kcd->kd", weights, vertices[corners]), corners, weights)

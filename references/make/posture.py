@@ -1,0 +1,150 @@
+"""From MakeHuman's standing body to one that lies on its back with the arms a little out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+
+from references.make.makehuman import MakeHuman
+from references.make.phenotype import Phenotype
+from references.make.torso import Torso, joint
+
+NIPPLE_LEFT, NIPPLE_RIGHT, NAVEL = 8451, 1779, 4116
+"""Vertices of the base mesh, from its targets `breast/nipple-point-*` and `stomach/stomach-navel-*`."""
+
+FLAT_CUP, FLAT_FIRMNESS = 0.0, 0.5
+
+
+@dataclass(frozen=True)
+class Lying:
+    """How strongly lying changes a standing shape; every number our own judgement of pictures of supine people."""
+
+    back_softness_mm: float = 7.0
+    back_pressed: float = 0.13
+    """Share of the trunk's depth by which the bed flattens the shoulder blades and buttocks."""
+    belly_sinks: float = 0.10
+    """Share of its depth that a belly of average weight loses; twice that in the heaviest."""
+    breast_flattens: float = 0.50
+    breast_droop_lost: float = 0.8
+    """Share of the standing breast's hanging that is gone."""
+    breast_slides_up: float = 0.30
+    breast_slides_out: float = 0.25
+    """Nipple's way along the chest, in thicknesses of the breast; firm breasts half as far."""
+    girdle_share: float = 0.25
+    """Share of the arm's turn that collar bone and shoulder blade follow."""
+
+
+def lie_down(makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying | None = None) -> np.ndarray:
+    """(19158, 3) mm: this person on the back, in MakeHuman's axes (+x patient's left, +y head, +z front)."""
+    lying = lying or Lying()
+    vertices = _lower_arms(makehuman.shape(phenotype), makehuman, torso, phenotype, lying)
+    if phenotype.sex == "female" and phenotype.age_years >= 10:
+        vertices = _relax_breasts(vertices, makehuman, torso, phenotype, lying)
+    vertices = _sink_belly(vertices, makehuman, torso, phenotype, lying)
+    return _press_back(vertices, torso, lying)
+
+
+def bed_height(vertices: np.ndarray, torso: Torso) -> float:
+    """z of the bed under a lying body."""
+    trunk = torso.indices[torso.trunk > 0.5]
+    return float(np.percentile(vertices[trunk, 2], 0.5))
+
+
+def _turn_z(angle_deg: float) -> np.ndarray:
+    cosine, sine = np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg))
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _lower_arms(
+    vertices: np.ndarray, makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying
+) -> np.ndarray:
+    moved = vertices.copy()
+    for side, sign, degrees in (("L", -1, phenotype.arms_deg[0]), ("R", 1, phenotype.arms_deg[1])):
+        shoulder = joint(vertices, makehuman.base, f"{side.lower()}-shoulder")
+        clavicle = joint(vertices, makehuman.base, f"{side.lower()}-clavicle")
+        girdle_turn = _turn_z(sign * degrees * lying.girdle_share)
+        girdle = (vertices - clavicle) @ girdle_turn.T + clavicle
+        new_shoulder = girdle_turn @ (shoulder - clavicle) + clavicle
+        arm = (vertices - shoulder) @ _turn_z(sign * degrees).T + new_shoulder
+        moved += torso.girdle_weights[side][:, None] * (girdle - vertices)
+        moved += torso.arm_weights[side][:, None] * (arm - vertices)
+    return moved
+
+
+def _relax_breasts(
+    vertices: np.ndarray, makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying
+) -> np.ndarray:
+    """Flattens the breasts and slides them up and outwards over the chest, as gravity does."""
+    bare = Phenotype(**{**vars(phenotype), "cup": FLAT_CUP, "firmness": FLAT_FIRMNESS, "modifiers": {}})
+    flat = _lower_arms(makehuman.shape(bare), makehuman, torso, bare, lying)
+    flat = flat + _mean_offset(vertices - flat, torso)
+    breast = vertices - flat
+    moved = vertices.copy()
+    height = _front_height(flat, torso)
+    for nipple, side in ((NIPPLE_LEFT, 1.0), (NIPPLE_RIGHT, -1.0)):
+        moved += _slide_breast(vertices, flat, breast, nipple, side, height, phenotype, lying)
+    return moved
+
+
+def _mean_offset(difference: np.ndarray, torso: Torso) -> np.ndarray:
+    """The two bodies differ by a scale (same stature) and the breasts only; the median removes a shift."""
+    return np.median(difference[torso.indices], axis=0)
+
+
+def _front_height(flat: np.ndarray, torso: Torso) -> LinearNDInterpolator:
+    trunk = torso.indices[torso.trunk > 0.3]
+    middle = np.median(flat[trunk, 2])
+    front = flat[trunk[flat[trunk, 2] > middle]]
+    return LinearNDInterpolator(front[:, :2], front[:, 2])
+
+
+def _slide_breast(
+    vertices: np.ndarray,
+    flat: np.ndarray,
+    breast: np.ndarray,
+    nipple: int,
+    side: float,
+    height: LinearNDInterpolator,
+    phenotype: Phenotype,
+    lying: Lying,
+) -> np.ndarray:
+    thickness = max(0.0, float(breast[nipple, 2]))
+    loose = 1.0 - 0.5 * phenotype.firmness
+    reach = 70.0 * phenotype.stature_mm / 1635.0 + 0.5 * thickness
+    near = np.exp(-0.5 * (((flat[:, :2] - flat[nipple, :2]) ** 2).sum(1)) / reach**2)
+    own = (flat[:, 0] * side > 0) * np.clip(np.abs(flat[:, 0]) / 25.0, 0, 1)
+    slide = (near * own)[:, None] * thickness * loose * [side * lying.breast_slides_out, lying.breast_slides_up]
+    rise = height(flat[:, :2] + slide) - height(flat[:, :2])
+    rise = np.where(np.isfinite(rise), rise, 0.0)
+    lost = (flat[:, 0] * side > 0)[:, None] * breast * [0.0, lying.breast_droop_lost, lying.breast_flattens * loose]
+    return np.column_stack([slide, rise]) - lost
+
+
+def _sink_belly(
+    vertices: np.ndarray, makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying
+) -> np.ndarray:
+    """Belly fat sinks towards the bed and spreads to the flanks."""
+    bed = bed_height(vertices, torso)
+    navel, nipple = vertices[NAVEL, 1], vertices[NIPPLE_LEFT, 1]
+    reach = 0.45 * (nipple - navel)
+    along = np.exp(-0.5 * ((vertices[:, 1] - navel) / reach) ** 2)
+    limbs = sum(torso.arm_weights.values())
+    sink = lying.belly_sinks * 2 * phenotype.weight * along * (1 - np.clip(limbs, 0, 1))
+    depth = np.clip(vertices[:, 2] - bed, 0, None)
+    moved = vertices.copy()
+    moved[:, 2] -= sink * depth * np.clip(depth / max(depth[NAVEL], 1.0), 0, 1.2)
+    moved[:, 0] *= 1 + 0.5 * sink
+    return moved
+
+
+def _press_back(vertices: np.ndarray, torso: Torso, lying: Lying) -> np.ndarray:
+    """A soft bed: everything behind its plane is pressed to it, smoothly."""
+    trunk = vertices[torso.indices[torso.trunk > 0.5]]
+    depth = np.ptp(trunk[:, 2])
+    bed = trunk[:, 2].min() + lying.back_pressed * depth
+    softness = lying.back_softness_mm * depth / 240.0
+    moved = vertices.copy()
+    moved[:, 2] = bed + softness * np.logaddexp(0.0, (vertices[:, 2] - bed) / softness)
+    return moved
