@@ -27,29 +27,43 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix="LUBDUB_", frozen=True, extra="ignore")
 
-    data_dir: Path = Field(PROJECT_FOLDER / ".data", description="Folder of the database, the key and the files.")
-    host: str = Field("127.0.0.1", description="Address the web server listens on.")
-    port: int = Field(8000, ge=0, le=65535, description="TCP port of the web server.")
-    behind_tls_proxy: bool = Field(False, description="True when a proxy in front of the server speaks HTTPS.")
-    public_url: str = Field("", description="Address people use, such as https://lubdub.example; empty: host and port.")
-    database_url: str = Field("", description="SQLAlchemy URL of the database; empty: an SQLite file in data_dir.")
-    jobs_database_url: str = Field("", description="URL of the queue's own tables; empty: as database_url, own file.")
-    store_url: str = Field("", description="Where sealed files go: file:// or s3:// URL; empty: a folder in data_dir.")
-    master_key_file: Path | None = Field(None, description="File of the master key; made at first start.")
-    references_dir: Path | None = Field(None, description="Folder of reference bodies; empty: the project's own.")
+    data_dir: Path = Field(
+        default=PROJECT_FOLDER / ".data", description="Folder of the database, the key and the files."
+    )
+    host: str = Field(default="127.0.0.1", description="Address the web server listens on.")
+    port: int = Field(default=8000, ge=0, le=65535, description="TCP port of the web server.")
+    behind_tls_proxy: bool = Field(default=False, description="True when a proxy in front of the server speaks HTTPS.")
+    public_url: str = Field(
+        default="", description="Address people use, such as https://lubdub.example; empty: host and port."
+    )
+    database_url: str = Field(
+        default="", description="SQLAlchemy URL of the database; empty: an SQLite file in data_dir."
+    )
+    jobs_database_url: str = Field(
+        default="", description="URL of the queue's own tables; empty: as database_url, own file."
+    )
+    store_url: str = Field(
+        default="", description="Where sealed files go: file:// or s3:// URL; empty: a folder in data_dir."
+    )
+    master_key_file: Path | None = Field(default=None, description="File of the master key; made at first start.")
+    references_dir: Path | None = Field(
+        default=None, description="Folder of reference bodies; empty: the project's own."
+    )
 
-    max_upload_mb: int = Field(300, ge=1, le=4096, description="Largest scan accepted, in megabytes.")
-    session_hours: float = Field(72.0, gt=0, description="How long a family's browser session lasts, in hours.")
-    retention_days: float = Field(30.0, gt=0, description="Days after which a case and its files are deleted.")
-    requests_per_minute: int = Field(600, ge=1, description="Calls per minute for one key, session or address.")
+    max_upload_mb: int = Field(default=300, ge=1, le=4096, description="Largest scan accepted, in megabytes.")
+    session_hours: float = Field(default=72.0, gt=0, description="How long a family's browser session lasts, in hours.")
+    retention_days: float = Field(default=30.0, gt=0, description="Days after which a case and its files are deleted.")
+    requests_per_minute: int = Field(default=600, ge=1, description="Calls per minute for one key, session or address.")
 
-    worker_slots: int = Field(1, ge=1, le=64, description="Jobs one worker runs at the same moment.")
-    job_memory_mb: int = Field(4096, ge=256, description="Address space of one job's process, in megabytes.")
-    job_cpu_s: float = Field(300.0, gt=0, description="Processor time of one job, in seconds.")
-    job_wall_s: float = Field(600.0, gt=0, description="Wall-clock time of one job, in seconds.")
-    job_output_mb: int = Field(256, ge=1, description="Largest file a job may write, in megabytes.")
+    worker_slots: int = Field(default=1, ge=1, le=64, description="Jobs one worker runs at the same moment.")
+    job_memory_mb: int = Field(default=4096, ge=256, description="Address space of one job's process, in megabytes.")
+    job_cpu_s: float = Field(default=300.0, gt=0, description="Processor time of one job, in seconds.")
+    job_wall_s: float = Field(default=600.0, gt=0, description="Wall-clock time of one job, in seconds.")
+    job_output_mb: int = Field(default=256, ge=1, description="Largest file a job may write, in megabytes.")
 
-    log_level: Literal["debug", "info", "warning", "error"] = Field("info", description="Least severe line logged.")
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="Least severe line logged."
+    )
 
     @model_validator(mode="after")
     def refuse_open_binding(self) -> Self:

@@ -191,6 +191,8 @@ def _new_row(actor: Actor, new: NewCase) -> CaseRow:
         tenant_id=actor.tenant_id,
         owner_session_id=actor.id if actor.kind == "family" else None,
         external_id=new.external_id,
+        status="awaiting_scan",
+        fraction=0.0,
         age_years=new.age_years,
         sex=new.sex,
         posture=new.posture,

@@ -1,1 +1,1 @@
-"""FastAPI only: HTTP to values and back."""
+"""FastAPI only: translates HTTP to the values of the other rooms and back. Never parses a scan."""

@@ -1,0 +1,52 @@
+"""Log lines as JSON on standard error, with an allow-list: case ids, never names, coordinates, tokens or paths."""
+
+from __future__ import annotations
+
+import logging
+import logging.config
+from typing import Any
+
+import structlog
+
+ALLOWED = frozenset(
+    {"event", "level", "timestamp", "logger", "exception", "request_id", "method", "route", "status", "milliseconds"}
+    | {"case_id", "job_id", "kind", "worker", "outcome"}
+)
+
+
+def _only_allowed(logger: object, name: str, line: Any) -> Any:
+    return {key: value for key, value in line.items() if key in ALLOWED}
+
+
+def configure_logs(level: str) -> None:
+    """Send every logger of this process, ours and the libraries', through one JSON formatter."""
+    shared: list[Any] = [
+        structlog.contextvars.merge_contextvars,
+        structlog.stdlib.add_log_level,
+        structlog.stdlib.add_logger_name,
+        structlog.stdlib.ExtraAdder(),
+        structlog.processors.TimeStamper(fmt="iso", utc=True),
+    ]
+    structlog.configure(
+        processors=[*shared, structlog.stdlib.ProcessorFormatter.wrap_for_formatter],
+        logger_factory=structlog.stdlib.LoggerFactory(),
+        wrapper_class=structlog.stdlib.BoundLogger,
+    )
+    formatter = structlog.stdlib.ProcessorFormatter(
+        foreign_pre_chain=shared,
+        processors=[
+            structlog.stdlib.ProcessorFormatter.remove_processors_meta,
+            structlog.processors.format_exc_info,
+            _only_allowed,
+            structlog.processors.JSONRenderer(),
+        ],
+    )
+    handler = logging.StreamHandler()
+    handler.setFormatter(formatter)
+    logging.basicConfig(handlers=[handler], level=level.upper(), force=True)
+    for noisy in ("dbos", "alembic", "sqlalchemy", "uvicorn", "httpx", "websockets", "viser"):
+        library = logging.getLogger(noisy)
+        library.setLevel(logging.WARNING)
+        library.propagate = True
+    # DBOS adds its own handler unless it finds one.
+    logging.getLogger("dbos").addHandler(logging.NullHandler())

@@ -1,0 +1,58 @@
+"""The application: layers, REST, health, documentation and, when they are installed, the pages."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+from lubdub import __version__
+from lubdub.settings import Settings
+from lubdub.web import api_cases, api_events, api_results, docs, health
+from lubdub.web.envelope import Envelope
+from lubdub.web.limits import BodyLimit, RateLimit
+from lubdub.web.problems import install_problems
+from lubdub.web.services import open_services
+
+DESCRIPTION = (
+    "Shows a lay person where on the chest in the uploaded scan the four usual heart-listening areas are estimated "
+    "to be, so that sounds can be recorded for a clinician. It does not listen, does not diagnose, is not for "
+    "emergencies, and a clinician must confirm the positions."
+)
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The web application. Nothing is opened before it starts; it closes what it opened when it stops.
+
+    The pages come in by `lubdub.web.pages.install(app)`: routers, static files and `app.state.error_page`.
+    """
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        app.state.services = open_services(settings)
+        yield
+        app.state.services.close()
+
+    app = FastAPI(
+        title="Lubdub",
+        version=__version__,
+        description=DESCRIPTION,
+        lifespan=lifespan,
+        openapi_url="/api/v1/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+    )
+    app.state.settings = settings
+    for room in (api_cases, api_events, api_results):
+        app.include_router(room.router, prefix="/api/v1")
+    app.include_router(health.router)
+    app.include_router(docs.router)
+    install_problems(app)
+    if importlib.util.find_spec("lubdub.web.pages") is not None:
+        importlib.import_module("lubdub.web.pages").install(app)
+    app.add_middleware(RateLimit, settings=settings)
+    app.add_middleware(BodyLimit, settings=settings)
+    app.add_middleware(Envelope, is_https=settings.is_https)
+    return app

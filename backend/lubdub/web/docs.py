@@ -1,0 +1,51 @@
+"""The interface explained on one page, with nothing loaded from elsewhere; and what each kind of problem means."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jinja2
+from fastapi import APIRouter, Request
+from fastapi.responses import HTMLResponse, Response
+
+from lubdub.web.problems import PROBLEMS, Problem
+
+router = APIRouter(include_in_schema=False)
+
+_templates = jinja2.Environment(loader=jinja2.PackageLoader("lubdub.web", "documents"), autoescape=True)
+
+
+@router.get("/api/docs", response_class=HTMLResponse)
+def documentation(request: Request) -> HTMLResponse:
+    """Every call of the OpenAPI document, with its parameters and answers."""
+    document = request.app.openapi()
+    page = _templates.get_template("docs.html").render(
+        document=document,
+        operations=_operations(document),
+        problems=PROBLEMS,
+        address=request.app.state.settings.address,
+    )
+    return HTMLResponse(page)
+
+
+@router.get("/api/docs.css")
+def style() -> Response:
+    """How that page looks."""
+    return Response(_templates.get_template("docs.css").render(), media_type="text/css")
+
+
+@router.get("/problems/{kind}")
+def problem_kind(kind: str) -> dict[str, Any]:
+    """What a problem's `type` leads to."""
+    if kind not in PROBLEMS:
+        raise Problem("page-not-found", "There is no such kind of problem.")
+    return {"type": f"/problems/{kind}", "title": PROBLEMS[kind].title, "status": PROBLEMS[kind].status}
+
+
+def _operations(document: dict[str, Any]) -> list[dict[str, Any]]:
+    """One entry per path and method, in the order they are defined."""
+    return [
+        {"path": path, "method": method.upper(), **operation}
+        for path, methods in document["paths"].items()
+        for method, operation in methods.items()
+    ]

@@ -1,0 +1,82 @@
+"""What every answer carries: a request id, the security headers, a new session's cookie; and one log line."""
+
+from __future__ import annotations
+
+import secrets
+import time
+
+import structlog
+from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from lubdub.web.problems import answer_error
+
+PAGE_POLICY = "; ".join(
+    (
+        "default-src 'self'",
+        "img-src 'self' data: blob:",
+        "object-src 'none'",
+        "base-uri 'none'",
+        "form-action 'self'",
+        "frame-ancestors 'self'",
+    )
+)
+"""Scripts and styles come from files of ours alone. A response may set a policy of its own (the 3D view does)."""
+
+HEADERS = {
+    "Content-Security-Policy": PAGE_POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "SAMEORIGIN",
+    "Referrer-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+    "Cache-Control": "no-store",
+}
+
+log = structlog.stdlib.get_logger(__name__)
+
+
+class Envelope:
+    """The outermost layer. Responses keep headers they set themselves; static files set their own caching."""
+
+    def __init__(self, app: ASGIApp, is_https: bool) -> None:
+        """Around app."""
+        self._app = app
+        self._headers = HEADERS | ({"Strict-Transport-Security": "max-age=31536000"} if is_https else {})
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """One call."""
+        if scope["type"] != "http":
+            return await self._app(scope, receive, send)
+        request_id, started = secrets.token_hex(8), time.monotonic()
+        scope.setdefault("state", {})["request_id"] = request_id
+        status = 0
+
+        async def dressed(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                headers = MutableHeaders(scope=message)
+                headers["X-Request-Id"] = request_id
+                for name, value in self._headers.items():
+                    headers.setdefault(name, value)
+                cookie = scope["state"].get("set_cookie")
+                if cookie is not None:
+                    headers.append("Set-Cookie", cookie)
+            await send(message)
+
+        structlog.contextvars.bind_contextvars(request_id=request_id)
+        try:
+            await self._app(scope, receive, dressed)
+        except Exception as error:
+            if status:
+                raise  # half an answer is out; the server closes the connection
+            response = await answer_error(Request(scope), error)
+            await response(scope, receive, dressed)
+        finally:
+            milliseconds = round((time.monotonic() - started) * 1000)
+            route = getattr(scope.get("route"), "path", "unknown")
+            log.info("answered", method=scope["method"], route=route, status=status, milliseconds=milliseconds)
+            structlog.contextvars.clear_contextvars()

@@ -1,0 +1,136 @@
+"""Problems as RFC 9457 says them: one table of kinds, each with a stable `type`, a status and a title."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from lubdub.cases import errors
+
+MEDIA_TYPE = "application/problem+json"
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ProblemKind:
+    """status: HTTP; title: the same for every problem of the kind."""
+
+    status: int
+    title: str
+
+
+PROBLEMS: dict[str, ProblemKind] = {
+    "case-not-found": ProblemKind(404, "There is no such case"),
+    "file-not-ready": ProblemKind(404, "The case has no such file yet"),
+    "page-not-found": ProblemKind(404, "There is nothing at this address"),
+    "method-not-allowed": ProblemKind(405, "This address does not take that method"),
+    "not-signed-in": ProblemKind(401, "A key or a session is needed"),
+    "scope-missing": ProblemKind(403, "The key does not allow this"),
+    "cross-site": ProblemKind(403, "The call did not come from a page of this service"),
+    "state-conflict": ProblemKind(409, "The case's state does not allow this now"),
+    "too-large": ProblemKind(413, "The body is larger than allowed"),
+    "empty-body": ProblemKind(422, "The body is empty"),
+    "invalid-input": ProblemKind(422, "What was sent does not fit"),
+    "idempotency-mismatch": ProblemKind(422, "The idempotency key was used with another body"),
+    "bad-request": ProblemKind(400, "The request cannot be understood"),
+    "too-many-requests": ProblemKind(429, "Too many calls in a short time"),
+    "not-ready": ProblemKind(503, "The service is not ready"),
+    "internal": ProblemKind(500, "Something went wrong inside"),
+}
+
+
+class Problem(HTTPException):
+    """A problem to be told to the caller. extra: further members of the problem document."""
+
+    def __init__(self, kind: str, detail: str, headers: Mapping[str, str] | None = None, **extra: Any) -> None:
+        """kind: a key of PROBLEMS; detail: one sentence about this very problem."""
+        super().__init__(PROBLEMS[kind].status, detail, None if headers is None else dict(headers))
+        self.kind = kind
+        self.extra = extra
+
+    def document(self, request_id: str | None = None) -> dict[str, Any]:
+        """The problem as JSON."""
+        known = PROBLEMS[self.kind]
+        document = {
+            "type": f"/problems/{self.kind}",
+            "title": known.title,
+            "status": known.status,
+            "detail": self.detail,
+            **self.extra,
+        }
+        return document if request_id is None else document | {"instance": f"urn:request:{request_id}"}
+
+
+def from_error(error: Exception) -> Problem:
+    """The problem an exception amounts to; an unknown one is ours and says nothing about itself."""
+    if isinstance(error, Problem):
+        return error
+    if isinstance(error, errors.CaseNotFound):
+        return Problem("case-not-found", "There is no case with this id, or it is not yours, or it was deleted.")
+    if isinstance(error, errors.FileNotFound):
+        return Problem("file-not-ready", "The case does not have this file, or does not have it yet.")
+    if isinstance(error, errors.StateConflict):
+        return Problem("state-conflict", str(error))
+    if isinstance(error, errors.IdempotencyMismatch):
+        return Problem("idempotency-mismatch", "This Idempotency-Key came before with another body. Use a new key.")
+    if isinstance(error, RequestValidationError):
+        return _from_validation(error)
+    if isinstance(error, HTTPException):
+        return _from_http(error)
+    return Problem("internal", "This is our fault, not yours. Please try again; nothing was lost.")
+
+
+def _from_validation(error: RequestValidationError) -> Problem:
+    """Where and why, without repeating what was sent: it may be about a person."""
+    faults = [{"where": list(map(str, one["loc"])), "why": str(one["msg"])} for one in error.errors()]
+    first = faults[0]
+    return Problem("invalid-input", f"{'.'.join(first['where'][1:]) or 'body'}: {first['why']}", errors=faults)
+
+
+def _from_http(error: HTTPException) -> Problem:
+    kinds = {404: "page-not-found", 405: "method-not-allowed", 413: "too-large"}
+    kind = kinds.get(error.status_code, "bad-request" if error.status_code < 500 else "internal")
+    return Problem(kind, str(error.detail), error.headers)
+
+
+async def answer_error(request: Request, error: Exception) -> Response:
+    """The answer to any error: a problem document, or a page as `app.state.error_page` draws it.
+
+    error_page: a function (request, problem) -> response, set by the pages; paths of programs stay JSON.
+    """
+    problem = from_error(error)
+    if problem.kind == "internal":
+        log.error("a request failed", exc_info=error)
+    draw = getattr(request.app.state, "error_page", None)
+    if draw is not None and not request.url.path.startswith(("/api/", "/livez", "/readyz")):
+        page: Response = draw(request, problem)
+        return page
+    return problem_response(problem, getattr(request.state, "request_id", None))
+
+
+def install_problems(app: FastAPI) -> None:
+    """Answer every error that is somebody's mistake; `Envelope` answers those that are ours."""
+    handled: tuple[type[Exception], ...] = (
+        HTTPException,
+        RequestValidationError,
+        errors.CaseNotFound,
+        errors.FileNotFound,
+        errors.StateConflict,
+        errors.IdempotencyMismatch,
+    )
+    for kind in handled:
+        app.add_exception_handler(kind, answer_error)
+
+
+def problem_response(problem: Problem, request_id: str | None = None) -> JSONResponse:
+    """The problem as a response."""
+    return JSONResponse(problem.document(request_id), problem.status_code, problem.headers, MEDIA_TYPE)

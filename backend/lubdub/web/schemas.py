@@ -1,0 +1,164 @@
+"""The shapes of REST: what comes in is checked here, what goes out is documented here."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from lubdub.cases.values import Answer, Case, NewCase, Receipt
+from lubdub.web.problems import MEDIA_TYPE, PROBLEMS
+
+Said = bool | Literal["unsure"]
+Coordinate = Annotated[FiniteFloat, Field(ge=-1e7, le=1e7)]
+Point = Annotated[list[Coordinate], Field(min_length=3, max_length=3, examples=[[0.01, 0.32, 0.11]])]
+
+
+class Strict(BaseModel):
+    """Refuses members it does not know: a misspelt landmark must not pass in silence."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class PatientIn(Strict):
+    """The person on the scan."""
+
+    age_years: FiniteFloat = Field(ge=0, le=120, description="Age in years, with fractions for babies.")
+    sex: Literal["female", "male"]
+    posture: Literal["supine", "sitting"] = "supine"
+
+
+class AnswersIn(Strict):
+    """The three questions a scan cannot answer. A yes refuses the case; not asked counts as unsure."""
+
+    heart_on_right: Said = "unsure"
+    chest_operation_or_device: Said = "unsure"
+    late_pregnancy: Said = "unsure"
+
+
+class CaseIn(Strict):
+    """A new case."""
+
+    patient: PatientIn
+    answers: AnswersIn = Field(default_factory=AnswersIn)
+    external_id: str | None = Field(None, max_length=200, description="Your own number for it; no name, please.")
+
+    def to_value(self) -> NewCase:
+        """As the store takes it."""
+        return NewCase(
+            age_years=self.patient.age_years,
+            sex=self.patient.sex,
+            posture=self.patient.posture,
+            answers={
+                "heart_on_right": _answer(self.answers.heart_on_right),
+                "chest_operation_or_device": _answer(self.answers.chest_operation_or_device),
+                "late_pregnancy": _answer(self.answers.late_pregnancy),
+            },
+            external_id=self.external_id,
+        )
+
+
+class LandmarksIn(Strict):
+    """Points in the file's own coordinates and unit. Left and right are the patient's own. Any may be missing."""
+
+    suprasternal_notch: Point | None = None
+    xiphisternum: Point | None = None
+    navel: Point | None = None
+    nipple_left: Point | None = None
+    nipple_right: Point | None = None
+
+    def placed(self) -> dict[str, list[float]]:
+        """Those that were given."""
+        return self.model_dump(exclude_none=True)
+
+
+class UnitIn(Strict):
+    """The unit of the file's coordinates, as a person said."""
+
+    unit: Literal["m", "cm", "mm"]
+
+
+class ReasonOut(BaseModel):
+    """Why nothing is shown: a stable code, one sentence, and what to do."""
+
+    code: str
+    message: str
+    advice: str
+
+
+class CaseOut(BaseModel):
+    """A case as it stands."""
+
+    id: str
+    status: str = Field(
+        description="awaiting_scan, checking, awaiting_landmarks, queued, running, done, refused or failed."
+    )
+    external_id: str | None
+    stage: str | None = Field(description="What is being done now: read, clean, choose, fit, judge ...")
+    fraction: float = Field(description="How much of it is done, 0 to 1.")
+    reason: ReasonOut | None
+    method: Literal["lubdub", "paper", "rule"]
+    created_at: datetime
+    updated_at: datetime
+    links: dict[str, str]
+
+    @staticmethod
+    def of(case: Case) -> CaseOut:
+        """From the store's value."""
+        own = f"/api/v1/cases/{case.id}"
+        return CaseOut(
+            id=case.id,
+            status=case.status,
+            external_id=case.external_id,
+            stage=case.stage,
+            fraction=case.fraction,
+            reason=None if case.reason is None else ReasonOut.model_validate(case.reason),
+            method=case.method,
+            created_at=case.created_at,
+            updated_at=case.updated_at,
+            links={"self": own}
+            | {name: f"{own}/{name}" for name in ("scan", "landmarks", "events", "result", "view.html", "scan.ply")},
+        )
+
+
+class ReceiptOut(BaseModel):
+    """Proof of a deletion."""
+
+    id: str
+    deleted_at: datetime
+    sha256: str = Field(description="Hash of the line in the audit trail.")
+
+    @staticmethod
+    def of(receipt: Receipt) -> ReceiptOut:
+        """From the store's value."""
+        return ReceiptOut(id=receipt.id, deleted_at=receipt.deleted_at, sha256=receipt.sha256)
+
+
+class ProblemOut(BaseModel):
+    """RFC 9457 problem details."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str | None = None
+
+
+def problems(*kinds: str) -> dict[int | str, dict[str, Any]]:
+    """The `responses` of an endpoint that may end in these problems."""
+    by_status: dict[int | str, dict[str, Any]] = {}
+    for kind in kinds:
+        known = PROBLEMS[kind]
+        said = by_status.setdefault(
+            known.status,
+            {"description": "", "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemOut"}}}},
+        )
+        said["description"] = " or ".join(filter(None, (said["description"], f"{known.title} (`/problems/{kind}`)")))
+    return by_status
+
+
+def _answer(said: Said) -> Answer:
+    if said == "unsure":
+        return "unsure"
+    return "yes" if said else "no"
