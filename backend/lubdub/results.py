@@ -83,6 +83,8 @@ class RawScan:
     file_format: str
     unit_by_format: str | None = None
     """The unit the format itself prescribes (glTF: "m"), if any."""
+    notes: tuple[str, ...] = ()
+    """What was odd about the file, in words."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,8 @@ class CleanScan:
     unit: Unit
     notes: tuple[str, ...] = ()
     """What was done, in words: "removed a flat bed", "kept 1 of 3 pieces"."""
+    warnings: tuple[Reason, ...] = ()
+    """What was noticed while cleaning and cannot be seen in the cleaned points any more."""
 
     def moved(self, move: Similarity) -> CleanScan:
         """The same skin after a rigid move; body_from_file follows, so file coordinates stay what they were."""

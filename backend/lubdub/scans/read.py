@@ -1,0 +1,42 @@
+"""From bytes to points: tell the kind of file by its content, then read it with the reader of that kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from lubdub.results import RawScan
+from lubdub.scans.limits import LIMITS
+from lubdub.scans.read_glb import read_glb
+from lubdub.scans.read_obj import read_obj
+from lubdub.scans.read_ply import read_ply
+from lubdub.scans.read_points import read_pcd, read_xyz
+from lubdub.scans.read_stl import read_stl
+from lubdub.scans.reasons import unreadable
+from lubdub.scans.sniff import Kind, sniff
+from lubdub.scans.unzip import only_scan
+
+_READERS: Mapping[Kind, Callable[[bytes], RawScan]] = {
+    "ply": read_ply,
+    "stl": read_stl,
+    "obj": read_obj,
+    "glb": read_glb,
+    "pcd": read_pcd,
+    "xyz": read_xyz,
+}
+
+
+def read_scan(data: bytes) -> RawScan:
+    """The scan in a file, in the file's own coordinates and unit.
+
+    Takes PLY, STL, OBJ, GLB, PCD, columns of text, and a ZIP that holds one of these. Raises ScanUnreadable,
+    with one sentence for a person, for everything else and for every damaged file.
+    """
+    if len(data) > LIMITS.file_bytes:
+        raise unreadable("too_large")
+    kind = sniff(data)
+    if kind == "zip":
+        data = only_scan(data)
+        kind = sniff(data)
+        if kind == "zip":
+            raise unreadable("zip_unsafe")
+    return _READERS[kind](data)

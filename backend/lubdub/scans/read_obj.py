@@ -1,0 +1,41 @@
+"""Wavefront OBJ: the geometry only; materials, textures and normals are left alone."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from lubdub.results import RawScan
+from lubdub.scans.limits import LIMITS, check_counts, checked_surface
+from lubdub.scans.reasons import unreadable
+from lubdub.scans.tables import number_table, polygon_table
+
+_VERTEX_LINE = re.compile(rb"^[ \t]*v[ \t]+([^\r\n]*)", re.MULTILINE)
+_FACE_LINE = re.compile(rb"^[ \t]*f[ \t]+([^\r\n]*)", re.MULTILINE)
+_TEXTURE_AND_NORMAL = re.compile(rb"/[0-9/-]*")
+_CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
+
+
+def read_obj(data: bytes) -> RawScan:
+    """Read an OBJ. Raises ScanUnreadable when it is damaged or names vertices that are not there."""
+    if b"\\" in data:
+        data = _CONTINUED.sub(b" ", data)
+    vertex_lines, face_lines = _VERTEX_LINE.findall(data), _FACE_LINE.findall(data)
+    check_counts(len(vertex_lines), len(face_lines))
+    vertices = number_table(vertex_lines, (0, 1, 2))
+    return RawScan(checked_surface(vertices, _triangles(face_lines)), "obj")
+
+
+def _triangles(lines: list[bytes]) -> np.ndarray:
+    if not lines:
+        return np.zeros((0, 3), np.int64)
+    if any(b"/" in line for line in (lines[0], lines[len(lines) // 2], lines[-1])):
+        lines = _TEXTURE_AND_NORMAL.sub(b"", b"\n".join(lines)).split(b"\n")
+    corner_counts = np.array([len(line.split()) for line in lines])
+    if corner_counts.min() < 3 or corner_counts.max() > LIMITS.corners:
+        raise unreadable("bad_face")
+    triangles = polygon_table(lines, corner_counts, first_column=0)
+    # Indices start at 1. Negative ones count back from the last vertex read so far, which the exporters of
+    # scanning apps never write; checked_surface refuses them as damage.
+    return triangles - 1
