@@ -135,9 +135,15 @@ def _pulls(given: Mapping[LandmarkName, np.ndarray], patient: Patient) -> dict[L
 
 
 def _straighten(pose: Pose, fit: Fit, given: Mapping[LandmarkName, np.ndarray]) -> Similarity:
-    """The small rigid move that puts the clicked long axis on +y, the fitted front on +z, the notch at 0."""
+    """The small rigid move that puts the fitted front on +z, the clicked long axis over +y, the notch at 0.
+
+    The chest slopes against the bed, so the line through the landmarks says where the head is in the frontal
+    plane, but not how that plane lies: the fitted body does.
+    """
     best = {**fit.landmarks, **given}
-    rotation = body_axes(long_axis(best), pose.body_from_basis.rotation[:, 2])
+    front = pose.body_from_basis.rotation[:, 2]
+    up = long_axis(best)
+    rotation = body_axes(up - (up @ front) * front, front)
     return Similarity(1.0, rotation, -rotation @ best["suprasternal_notch"])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from lubdub.geometry.frames import Similarity
-from lubdub.geometry.neighbours import SurfaceFinder
+from lubdub.geometry.neighbours import nearest_on_surface
 from lubdub.geometry.surface import unit
 from lubdub.results import CleanScan, RawScan
 
@@ -61,8 +61,4 @@ class Skin:
 def snap_to_file(place: np.ndarray, raw: RawScan, body_from_file: Similarity) -> np.ndarray:
     """The place (3,) body frame, moved to the nearest point of the file's own, uncleaned surface; body frame."""
     in_file = body_from_file.inverse().apply(place)
-    offset = np.abs(raw.surface.vertices - in_file).max(axis=1)
-    reach = 30.0 / body_from_file.scale
-    near = offset < max(reach, float(offset.min()) * 1.01)
-    nearest, _ = SurfaceFinder(raw.surface.kept(near)).nearest(in_file)
-    return body_from_file.apply(nearest)
+    return body_from_file.apply(nearest_on_surface(in_file, raw.surface, 10.0 / body_from_file.scale))

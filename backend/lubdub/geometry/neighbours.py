@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from lubdub.geometry.surface import Surface, triangle_normals, unit
+from lubdub.geometry.surface import Surface
 
 
 def closest_on_triangles(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -16,11 +15,13 @@ def closest_on_triangles(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     ab, ac = b - a, c - a
     normal = np.cross(ab, ac)
-    area2 = np.maximum((normal * normal).sum(1), 1e-300)
+    area2 = (normal * normal).sum(1)
+    flat = area2 < 1e-24
+    area2 = np.where(flat, 1.0, area2)
     ap = point - a
     v = (np.cross(ap, ac) * normal).sum(1) / area2
     w = (np.cross(ab, ap) * normal).sum(1) / area2
-    inside = (v >= 0) & (w >= 0) & (v + w <= 1)
+    inside = (v >= 0) & (w >= 0) & (v + w <= 1) & ~flat
     best = a + v[:, None] * ab + w[:, None] * ac
     on_edges = np.stack([_closest_on_segment(point, p, q) for p, q in ((a, b), (b, c), (c, a))])
     nearest_edge = np.linalg.norm(on_edges - point, axis=2).argmin(0)
@@ -33,34 +34,23 @@ def _closest_on_segment(point: np.ndarray, start: np.ndarray, end: np.ndarray) -
     return np.asarray(start + np.clip(t, 0, 1)[:, None] * along)
 
 
-class SurfaceFinder:
-    """Answers, for single points, where the nearest place on a surface is.
+def nearest_on_surface(point: np.ndarray, surface: Surface, reach: float) -> np.ndarray:
+    """(3,) the place on a surface nearest to point (3,): on a triangle of a mesh, a point of a cloud.
 
-    On a mesh the answer lies on a triangle; on a cloud it is one of the points.
+    reach: where to look first, a length of the order of the expected distance; it is doubled until skin is
+    found, so the answer is exact whatever it was.
     """
-
-    def __init__(self, surface: Surface) -> None:
-        self._surface = surface
-        self._tree = cKDTree(surface.vertices)
-        corners = surface.triangles.ravel()
-        self._order = np.argsort(corners, kind="stable")
-        self._starts = np.searchsorted(corners[self._order], np.arange(len(surface.vertices) + 1))
-
-    def nearest(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(3,) the nearest place to point (3,), and (3,) the triangle normal there (zero on a cloud).
-
-        Looks at the triangles around the 32 nearest vertices: exact unless triangles are far larger than
-        their spacing, and then still a place on the surface.
-        """
-        count = min(32, len(self._surface.vertices))
-        near = np.atleast_1d(self._tree.query(point, k=count)[1])
-        touching = np.unique(
-            np.concatenate([self._order[self._starts[i] : self._starts[i + 1]] // 3 for i in near])
-        ).astype(np.int64)
-        if len(touching) == 0:
-            return self._surface.vertices[near[0]], np.zeros(3)
-        triangles = self._surface.triangles[touching]
-        places = closest_on_triangles(point, self._surface.vertices[triangles])
-        best = int(np.linalg.norm(places - point, axis=1).argmin())
-        normal = triangle_normals(self._surface.vertices, triangles[best : best + 1])[0]
-        return places[best], unit(normal)
+    if surface.is_cloud:
+        return surface.vertices[np.linalg.norm(surface.vertices - point, axis=1).argmin()]
+    corners = surface.vertices[surface.triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    outside = np.maximum(np.maximum(low - point, point - high), 0.0)
+    box_distance = np.sqrt((outside * outside).sum(axis=1))
+    while True:
+        near = box_distance <= reach
+        if near.any():
+            places = closest_on_triangles(point, corners[near])
+            distances = np.linalg.norm(places - point, axis=1)
+            if distances.min() <= reach:
+                return places[distances.argmin()]
+        reach = 2 * max(reach, float(box_distance.min()))

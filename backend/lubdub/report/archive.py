@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import zipfile
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -72,7 +73,7 @@ def _unpack(data: bytes, kind: type[T]) -> T:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             value = _decode(json.loads(archive["skeleton"].tobytes()), archive)
-    except (KeyError, OSError, TypeError, EOFError) as error:
+    except (KeyError, OSError, TypeError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise ValueError("these bytes are no archive of ours") from error
     if not isinstance(value, kind):
         raise ValueError(f"the archive holds no {kind.__name__}")

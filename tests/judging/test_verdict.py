@@ -1,0 +1,77 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lubdub.judging import reasons
+from lubdub.judging.verdict import Evidence, judge
+from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Landmark, Located, Patient
+
+GIVEN = {name: Landmark(np.zeros(3), "given", 5.0) for name in LANDMARK_NAMES}
+SUGGESTED = {name: Landmark(np.zeros(3), "suggested", 15.0) for name in LANDMARK_NAMES}
+FINE = Evidence(
+    located=Located({}, None, (), None, {"rule_disagreement_mm": 8.0, "surface_residual_mm": 1.5}),
+    method="lubdub",
+    patient=Patient(40, "male"),
+    landmarks=GIVEN,
+    gaps_mm=dict.fromkeys(AREA_NAMES, 2.0),
+    coverage=0.95,
+    size=1.0,
+)
+
+
+def measured(**measures: float) -> Evidence:
+    return replace(FINE, located=replace(FINE.located, measures={**FINE.located.measures, **measures}))
+
+
+def test_a_good_scan_with_all_points_is_shown() -> None:
+    assert judge(FINE, ()) == ("show", ())
+
+
+@pytest.mark.parametrize(
+    ("evidence", "reason"),
+    [
+        (replace(FINE, gaps_mm={**FINE.gaps_mm, "mitral": 30.0}), reasons.AREA_NOT_SCANNED),
+        (replace(FINE, coverage=0.3), reasons.CHEST_NOT_IN_SCAN),
+        (measured(surface_residual_mm=14.0), reasons.FIT_FAILED),
+        (measured(rule_disagreement_mm=80.0), reasons.STRONG_DISAGREEMENT),
+        (replace(FINE, patient=Patient(30, "female", "sitting")), reasons.SITTING_WOMAN),
+    ],
+    ids=lambda value: getattr(value, "code", "evidence"),
+)
+def test_what_makes_us_refuse(evidence: Evidence, reason: object) -> None:
+    verdict, why = judge(evidence, ())
+    assert verdict == "refuse"
+    assert why[0] == reason
+
+
+@pytest.mark.parametrize(
+    ("evidence", "reason"),
+    [
+        (replace(FINE, landmarks=SUGGESTED), reasons.LANDMARKS_SUGGESTED),
+        (
+            replace(FINE, landmarks={**GIVEN, "xiphisternum": SUGGESTED["xiphisternum"]}),
+            reasons.BONES_NOT_GIVEN,
+        ),
+        (measured(rule_disagreement_mm=30.0), reasons.DISAGREEMENT),
+        (replace(FINE, patient=Patient(None, "male")), reasons.AGE_MISSING),
+        (replace(FINE, patient=Patient(6, "female", "sitting")), reasons.SITTING),
+        (replace(FINE, coverage=0.6), reasons.THIN_COVERAGE),
+        (measured(surface_residual_mm=7.0), reasons.ROUGH_SURFACE),
+        (measured(strangeness=1.6), reasons.ODD_SHAPE),
+        (replace(FINE, method="paper"), reasons.PAPER_METHOD),
+    ],
+    ids=lambda value: getattr(value, "code", "evidence"),
+)
+def test_what_makes_us_show_with_care(evidence: Evidence, reason: object) -> None:
+    assert judge(evidence, ()) == ("show_with_care", (reason,))
+
+
+def test_a_child_is_judged_by_its_own_size() -> None:
+    child = replace(FINE, gaps_mm=dict.fromkeys(AREA_NAMES, 14.0), size=0.5)
+    assert judge(child, ())[0] == "refuse"
+    assert judge(replace(child, size=1.0), ())[0] == "show"
+
+
+def test_a_warning_from_earlier_is_never_forgotten() -> None:
+    assert judge(FINE, (reasons.ODD_SHAPE,)) == ("show_with_care", (reasons.ODD_SHAPE,))
