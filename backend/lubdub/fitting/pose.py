@@ -10,9 +10,8 @@ import itertools
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from lubdub.fitting.shape import Pose, ShapeFitSettings, Target, body_of, fit_shape, start_pose
+from lubdub.fitting.shape import Pose, ShapeFitSettings, Target, fit_shape, misfit_mm, start_pose
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import vertex_normals
 from lubdub.results import CleanScan, Fit, ShapeBasis
@@ -54,12 +53,12 @@ def find_pose(scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None 
     rough = []
     for start in _starts(target, basis, settings):
         pose, _ = fit_shape(target, {}, coarse, start, settings.rough)
-        rough.append((_misfit(pose, coarse, target, 15.0), pose))
+        rough.append((misfit_mm(pose, coarse, target, 15.0), pose))
     rough.sort(key=lambda pair: pair[0])
     full = []
     for _, pose in _distinct(rough)[: settings.kept]:
         final, fit = fit_shape(target, {}, basis, Pose(pose.body_from_basis, pose.coefficients), settings.full)
-        full.append((_misfit(final, basis, target, 10.0), final, fit))
+        full.append((misfit_mm(final, basis, target, 10.0), final, fit))
     full.sort(key=lambda triple: triple[0])
     best = full[0]
     others = [score for score, pose, _ in full[1:] if _turn_between(pose, best[1]) > 0.6]
@@ -112,26 +111,6 @@ def _faces_the_scanned_side(pose: Pose, target: Target) -> bool:
     """False when the body's front would look away from the side that was scanned; always True for whole bodies."""
     outward = target.normals.mean(axis=0)
     return bool(pose.body_from_basis.rotation[:, 2] @ outward > -0.3)
-
-
-def _misfit(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> float:
-    """How badly body and scan explain each other, in mm, both ways, each distance capped at 4 x limit."""
-    cap = 4 * limit
-    vertices = body_of(pose, basis)
-    normals = vertex_normals(vertices, basis.triangles)
-    outward = target.normals.mean(axis=0)
-    used = basis.data_weight > 0.3
-    if np.linalg.norm(outward) > 0.3:  # one-sided: the body's far side cannot be there
-        used &= normals @ outward > 0.2 * float(np.linalg.norm(outward))
-    distance, nearest = target.tree.query(vertices[used])
-    wrong_way = (normals[used] * target.normals[nearest]).sum(1) < 0.3
-    there = np.minimum(np.where(wrong_way, cap, distance), cap).mean() if used.any() else cap
-    back = np.minimum(cKDTree(vertices).query(target.points)[0], cap)
-    return float(there + 0.5 * np.sort(back)[: int(0.7 * len(back))].mean() + 2.0 * _oddness(pose))
-
-
-def _oddness(pose: Pose) -> float:
-    return float(np.sqrt(np.mean(pose.coefficients**2)))
 
 
 def _distinct(rough: list[tuple[float, Pose]]) -> list[tuple[float, Pose]]:
