@@ -1,0 +1,76 @@
+"""The connected pieces of a cloud, and which of them are the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+
+@dataclass(frozen=True)
+class PieceSettings:
+    """Lengths in millimetres unless said."""
+
+    gap_in_spacings: float = 3.2
+    """Points farther apart than this many point spacings are not joined."""
+    gap_least: float = 8.0
+    landmark_reach: float = 40.0
+    """A click may be this far off the skin and still name its piece."""
+    companion_share: float = 0.05
+    companion_gap: float = 30.0
+    """Pieces of at least this share of the largest and within this gap belong to it: a chest scanned in strips."""
+    rival_share: float = 0.5
+    """A second piece with this share of the first one's points may be a second person."""
+
+
+SETTINGS = PieceSettings()
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """keep: (n,) bool; kept of total pieces that are worth naming; rival: a second one about as large was dropped."""
+
+    keep: np.ndarray
+    kept: int
+    total: int
+    rival: bool
+
+
+def choose_pieces(points: np.ndarray, spacing: float, landmarks: np.ndarray) -> Pieces:
+    """Keep the pieces with the landmarks, or else the largest, and what belongs to them.
+
+    points: (n, 3) in mm, evenly spread at about `spacing`; landmarks: (k, 3), k may be 0.
+    """
+    label = _labels(points, max(SETTINGS.gap_in_spacings * spacing, SETTINGS.gap_least))
+    sizes = np.bincount(label)
+    main = _main_pieces(points, label, sizes, landmarks)
+    largest = sizes[list(main)].max()
+    worth_naming = np.flatnonzero(sizes >= SETTINGS.companion_share * largest)
+    main_tree = cKDTree(points[np.isin(label, list(main))])
+    companions = {
+        int(piece)
+        for piece in worth_naming
+        if piece not in main and main_tree.query(points[label == piece])[0].min() < SETTINGS.companion_gap
+    }
+    dropped = [piece for piece in worth_naming if piece not in main | companions]
+    rival = bool(len(dropped) and sizes[dropped].max() >= SETTINGS.rival_share * largest)
+    keep = np.isin(label, list(main | companions))
+    return Pieces(keep, len(main | companions), len(set(worth_naming.tolist()) | main), rival)
+
+
+def _labels(points: np.ndarray, gap: float) -> np.ndarray:
+    pairs = cKDTree(points).query_pairs(gap, output_type="ndarray")
+    joined = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (len(points), len(points)))
+    return np.asarray(connected_components(joined, directed=False)[1])
+
+
+def _main_pieces(points: np.ndarray, label: np.ndarray, sizes: np.ndarray, landmarks: np.ndarray) -> set[int]:
+    if len(landmarks):
+        distance, nearest = cKDTree(points).query(landmarks)
+        named = {int(piece) for piece in label[nearest[distance < SETTINGS.landmark_reach]]}
+        if named:
+            return named
+    return {int(sizes.argmax())}
