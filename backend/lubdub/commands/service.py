@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
