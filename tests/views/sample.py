@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from lubdub.geometry.frames import Similarity
 from lubdub.geometry.neighbours import SurfaceFinder
 from lubdub.geometry.surface import unit
 from lubdub.results import (
@@ -13,16 +16,25 @@ from lubdub.results import (
     Outcome,
     Quality,
     RankedReference,
+    Unit,
 )
-from tests import torsos
+from tests import bodies
 
-SIZE = 0.62
-BODY = torsos.reference("sample", size=SIZE, pitch=9.0)
+BODY = bodies.hide_side(bodies.torso_scan(size=0.6, columns=140, rows=120))
+METRES = Similarity(1000.0, np.eye(3), np.zeros(3))
 
 
 def clean_scan() -> CleanScan:
-    """As the scans room would hand it over."""
-    return torsos.scan_of(BODY)
+    """As the scans room would hand it over; the file is in metres."""
+    skin = BODY.surface
+    return CleanScan(
+        points=skin.vertices,
+        normals=skin.normals,
+        is_border=np.zeros(len(skin.vertices), bool),
+        display=skin,
+        body_from_file=METRES,
+        unit=Unit("m", 1000.0, "found"),
+    )
 
 
 def landmarks(source: str = "given") -> dict[LandmarkName, Landmark]:

@@ -19,7 +19,7 @@ from lubdub.cases.errors import FileNotFound, SealBroken
 from lubdub.cases.models import CaseKeyRow, FileRow
 from lubdub.cases.sealing import KEY_BYTES, FrameSealer, load_master_key, open_frames, unwrap_key, wrap_key
 
-Artefact = Literal["scan", "examination.npz", "examination.json", "scan.ply", "outcome.npz", "result.json", "view.html"]
+Artefact = Literal["scan", "examination.npz", "examination.json", "scan.ply", "outcome.npz", "result.json", "view.html", "marks.json"]
 PART = 5 << 20
 """Bytes held back by the writer: the smallest part an S3 upload may have."""
 

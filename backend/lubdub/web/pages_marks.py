@@ -1,0 +1,116 @@
+"""What a person has said on the pages about one scan: the sides are right, these points lie here, skip those."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from lubdub.results import LANDMARK_NAMES, LandmarkName
+
+MOST_UNDONE = 30
+
+
+@dataclass(frozen=True)
+class Marks:
+    """placed: name -> [x, y, z] in the file's own coordinates; kept: suggestions left as they are;
+    past: what undo goes back to, oldest first."""
+
+    sides_confirmed: bool = False
+    placed: Mapping[str, list[float]] = field(default_factory=dict)
+    kept: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+    target: str | None = None
+    past: tuple[Mapping[str, Any], ...] = ()
+
+    def confirmed(self, asked: tuple[LandmarkName, ...]) -> Marks:
+        """The sides are right; the first point is asked for."""
+        return replace(self, sides_confirmed=True, target=self.target or self._open(asked))
+
+    def with_placed(self, name: LandmarkName, position: list[float]) -> Marks:
+        """A point put somewhere, or moved. It stays the target, so that the next tap corrects it."""
+        return replace(
+            self._remembering(),
+            placed={**self.placed, name: position},
+            kept=tuple(one for one in self.kept if one != name),
+            skipped=tuple(one for one in self.skipped if one != name),
+            target=name,
+        )
+
+    def keeping(self, asked: tuple[LandmarkName, ...]) -> Marks:
+        """The suggestion for the target is left as it is; on to the next point."""
+        if self.target is None:
+            return self
+        return replace(self._remembering(), kept=(*self.kept, self.target))._onward(asked)
+
+    def skipping(self, asked: tuple[LandmarkName, ...]) -> Marks:
+        """The target is left out; on to the next point."""
+        if self.target is None:
+            return self
+        placed = {name: place for name, place in self.placed.items() if name != self.target}
+        kept = tuple(name for name in self.kept if name != self.target)
+        moved = replace(self._remembering(), placed=placed, kept=kept, skipped=(*self.skipped, self.target))
+        return moved._onward(asked)
+
+    def onward(self, asked: tuple[LandmarkName, ...]) -> Marks:
+        """On to the next unanswered point."""
+        return self._onward(asked)
+
+    def choosing(self, name: LandmarkName) -> Marks:
+        """The next tap is for this point."""
+        skipped = tuple(one for one in self.skipped if one != name)
+        kept = tuple(one for one in self.kept if one != name)
+        return replace(self, target=name, skipped=skipped, kept=kept)
+
+    def undone(self) -> Marks:
+        """One step back."""
+        if not self.past:
+            return self
+        last = self.past[-1]
+        return replace(
+            self,
+            placed=last["placed"],
+            kept=tuple(last["kept"]),
+            skipped=tuple(last["skipped"]),
+            target=last["target"],
+            past=self.past[:-1],
+        )
+
+    def is_answered(self, name: str) -> bool:
+        """Whether something was said about the point."""
+        return name in self.placed or name in self.kept or name in self.skipped
+
+    def to_bytes(self) -> bytes:
+        """As stored."""
+        return json.dumps(asdict(self)).encode()
+
+    @staticmethod
+    def from_bytes(data: bytes) -> Marks:
+        """As it was stored."""
+        said = json.loads(data)
+        for name in ("kept", "skipped", "past"):
+            said[name] = tuple(said[name])
+        return Marks(**said)
+
+    def _open(self, asked: tuple[LandmarkName, ...]) -> str | None:
+        return next((name for name in asked if not self.is_answered(name)), None)
+
+    def _onward(self, asked: tuple[LandmarkName, ...]) -> Marks:
+        return replace(self, target=self._open(asked))
+
+    def _remembering(self) -> Marks:
+        now = {
+            "placed": dict(self.placed),
+            "kept": list(self.kept),
+            "skipped": list(self.skipped),
+            "target": self.target,
+        }
+        return replace(self, past=(*self.past, now)[-MOST_UNDONE:])
+
+
+def asked_points(sex: str | None, age_years: float | None, puberty_years: float) -> tuple[LandmarkName, ...]:
+    """Which points are asked for, bones first. Nipples are not asked of women past puberty: they slide on the ribs."""
+    if sex == "female" and (age_years is None or age_years >= puberty_years):
+        return ("suprasternal_notch", "xiphisternum", "navel")
+    return LANDMARK_NAMES

@@ -1,0 +1,160 @@
+"""Placing the landmarks: the page, its pieces for the script, its stream, and every button on it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Request
+from fastapi.responses import JSONResponse, Response
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+
+from lubdub.cases.states import TAKES_LANDMARKS
+from lubdub.cases.store import Asked
+from lubdub.cases.values import Case
+from lubdub.results import BONE_LANDMARKS, LANDMARK_NAMES, LandmarkName
+from lubdub.views.placing import MissedTheBody, NotOneViewer
+from lubdub.web.deps import ActionsDep, CaseDep, FamilyDep, FormGuard
+from lubdub.web.pages_common import STEP_OF, DeskDep, FormDep, asked_of, go, go_or_tell, next_path, said, wants_json
+from lubdub.web.pages_look import gettext_of, render, render_part
+from lubdub.web.pages_marks import Marks
+from lubdub.web.pages_points_words import PointsWords
+from lubdub.web.problems import Problem
+from lubdub.web.view_desk import ViewDesk
+
+POLL_S = 0.2
+KEEP_ALIVE_POLLS = 25
+
+router = APIRouter(include_in_schema=False)
+
+
+def _markable(request: Request, case: CaseDep, desk: DeskDep) -> Case:
+    if case.status not in TAKES_LANDMARKS or not case.is_checked:
+        raise Problem("state-conflict", gettext_of(request)("Points cannot be placed right now."))
+    return case
+
+
+MarkableDep = Annotated[Case, Depends(_markable)]
+
+
+@router.get("/cases/{case_id}/points")
+def points(request: Request, case: CaseDep, family: FamilyDep, desk: DeskDep) -> Response:
+    """The live body and what to mark on it."""
+    marks = desk.marks(case.id)
+    if case.status not in TAKES_LANDMARKS or not case.is_checked:
+        return go(next_path(case, marks))
+    if not marks.sides_confirmed:
+        return go(f"/cases/{case.id}/size")
+    facts = _facts(request, case, desk)
+    back = f"/cases/{case.id}/size"
+    return render(request, "family/points/points.html", family, step=STEP_OF["points"], back=back, **facts)
+
+
+@router.get("/cases/{case_id}/points/panel")
+def panel(request: Request, case: MarkableDep, family: FamilyDep, desk: DeskDep) -> JSONResponse:
+    """The words beside the view, as they are now."""
+    return _fragments(request, case, family, desk)
+
+
+@router.get("/cases/{case_id}/points/live", response_class=EventSourceResponse)
+async def live(case: MarkableDep, desk: DeskDep) -> AsyncIterator[ServerSentEvent]:
+    """Tells the page when a point changed and whether the view is connected."""
+    told: tuple[int, bool] | None = None
+    silent = 0
+    while True:
+        now = (desk.version(case.id), desk.is_watched(case.id))
+        if now != told or silent >= KEEP_ALIVE_POLLS:
+            told, silent = now, 0
+            yield ServerSentEvent(event="marks", data={"version": now[0], "connected": now[1]}, retry=1000)
+        silent += 1
+        await asyncio.sleep(POLL_S)
+
+
+@router.post("/cases/{case_id}/points", dependencies=[FormGuard])
+def act(
+    request: Request, case: MarkableDep, family: FamilyDep, form: FormDep, desk: DeskDep, actions: ActionsDep
+) -> Response:
+    """One button."""
+    action = said(form, "action")
+    if action == "done":
+        marks = desk.marks(case.id)
+        landmarks = {name: list(place) for name, place in marks.placed.items()}
+        actions.place_landmarks(family.actor, case.id, Asked(landmarks=landmarks))
+        return go_or_tell(request, f"/cases/{case.id}/waiting")
+    if action == "place":
+        _place(request, case, desk)
+    else:
+        desk.change(case.id, change_for(action, said(form, "name"), case, desk))
+    if wants_json(request):
+        return _fragments(request, case, family, desk)
+    return go(f"/cases/{case.id}/points")
+
+
+def change_for(action: str, name: str, case: Case, desk: ViewDesk) -> Callable[[Marks], Marks]:
+    """What a button does to the marks. Raises Problem `bad-request`."""
+    asked = asked_of(case)
+    if action == "choose" and name in LANDMARK_NAMES:
+        chosen: LandmarkName = name  # type: ignore[assignment]
+        return lambda marks: marks.choosing(chosen)
+    if action == "accept":
+        return lambda marks: accepting(marks, case, desk)
+    changes: dict[str, Callable[[Marks], Marks]] = {
+        "skip": lambda marks: marks.skipping(asked),
+        "next": lambda marks: marks.onward(asked),
+        "undo": Marks.undone,
+    }
+    if action not in changes:
+        raise Problem("bad-request", "There is no such button.")
+    return changes[action]
+
+
+def accepting(marks: Marks, case: Case, desk: ViewDesk) -> Marks:
+    """The suggestion is right. What the eye can confirm counts as placed; a bone nobody felt stays a suggestion."""
+    examination = desk.examination(case.id)
+    asked = asked_of(case)
+    name = next((one for one in examination.suggested if one == marks.target), None)
+    if name is None or name in BONE_LANDMARKS:
+        return marks.keeping(asked)
+    in_file = examination.scan.body_from_file.inverse().apply(examination.suggested[name].position)
+    return marks.with_placed(name, in_file.tolist()).onward(asked)
+
+
+def _place(request: Request, case: Case, desk: ViewDesk) -> None:
+    _ = gettext_of(request)
+    running = desk.running(case.id)
+    try:
+        if running is None:
+            raise NotOneViewer
+        running.content.view.place_at_crosshair()
+    except NotOneViewer as error:
+        message = _("The picture is not ready, or it is open in two windows. Use one window and try again.")
+        raise Problem("state-conflict", message) from error
+    except MissedTheBody as error:
+        raise Problem("state-conflict", _("The crosshair is not on the body. Turn or move it first.")) from error
+
+
+def _facts(request: Request, case: Case, desk: ViewDesk) -> dict[str, Any]:
+    marks = desk.marks(case.id)
+    words = PointsWords(request, desk.examination(case.id), marks, asked_of(case))
+    return {
+        "case_id": case.id,
+        "points": words.all_points(),
+        "current": words.current(),
+        "can_undo": bool(marks.past),
+        "all_answered": words.is_all_answered,
+        "summary": words.summary(),
+        "done_hint": words.summary(),
+        "version": desk.version(case.id),
+    }
+
+
+def _fragments(request: Request, case: Case, family: FamilyDep, desk: ViewDesk) -> JSONResponse:
+    facts = _facts(request, case, desk)
+    return JSONResponse(
+        {
+            "panel": render_part(request, "family/points/panel_part.html", family, **facts),
+            "list": render_part(request, "family/points/list.html", family, **facts),
+            "version": facts["version"],
+        }
+    )

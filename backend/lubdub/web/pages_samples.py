@@ -1,0 +1,76 @@
+"""The made-up bodies to try Lubdub with."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from starlette.concurrency import run_in_threadpool
+
+from lubdub.cases.screening import STOP_REASONS
+from lubdub.cases.values import NewCase
+from lubdub.settings import PROJECT_FOLDER
+from lubdub.web.problems import Problem
+
+DEMOS = PROJECT_FOLDER / "references" / "demo"
+CARD = "patient.json"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A made-up body: its folder's name, the scan's file, and who it is."""
+
+    name: str
+    scan: Path
+    patient: NewCase
+
+    async def chunks(self) -> AsyncIterator[bytes]:
+        """The scan."""
+        yield await run_in_threadpool(self.scan.read_bytes)
+
+
+def all_samples(folder: Path = DEMOS) -> list[Sample]:
+    """Youngest first."""
+    found = [_read(card) for card in folder.glob(f"*/{CARD}")]
+    return sorted((one for one in found if one is not None), key=lambda one: one.patient.age_years)
+
+
+def sample(name: str) -> Sample:
+    """The sample of this name. Raises Problem `page-not-found`."""
+    for one in all_samples():
+        if one.name == name:
+            return one
+    raise Problem("page-not-found", "There is no such sample.")
+
+
+def samples_to_try(gettext: Callable[[str], str]) -> list[dict[str, str]]:
+    """Name and words of each sample, youngest first."""
+    return [{"name": one.name, "title": _title(one.patient, gettext)} for one in all_samples()]
+
+
+def _read(card: Path) -> Sample | None:
+    scan = next((file for file in sorted(card.parent.iterdir()) if file.stem == "scan"), None)
+    if scan is None:
+        return None
+    said: dict[str, Any] = json.loads(card.read_text(encoding="utf-8"))
+    patient = NewCase(
+        age_years=float(said["age_years"]),
+        sex="female" if said.get("sex") == "female" else "male",
+        posture="sitting" if said.get("posture") == "sitting" else "supine",
+        answers=dict.fromkeys(STOP_REASONS, "no"),
+    )
+    return Sample(card.parent.name, scan, patient)
+
+
+def _title(patient: NewCase, gettext: Callable[[str], str]) -> str:
+    age, is_female = patient.age_years, patient.sex == "female"
+    if age < 2:
+        return gettext("A baby of {months} months").format(months=round(age * 12))
+    if age < 16:
+        words = gettext("A girl of {years}") if is_female else gettext("A boy of {years}")
+    else:
+        words = gettext("A woman of {years}") if is_female else gettext("A man of {years}")
+    return words.format(years=round(age))

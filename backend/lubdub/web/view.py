@@ -1,0 +1,136 @@
+"""The door to the live 3D views: viser's page behind our cookie, and its websocket through our rules."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from urllib.parse import urlsplit
+
+import websockets
+from fastapi import APIRouter, FastAPI, Request, WebSocket, WebSocketDisconnect
+from fastapi.responses import HTMLResponse
+from starlette.concurrency import run_in_threadpool
+from websockets.asyncio.client import ClientConnection
+from websockets.typing import Subprotocol
+
+from lubdub.cases.errors import CaseNotFound
+from lubdub.views.placing import live_page
+from lubdub.views.proxy_rules import FrameTooLarge, Gate
+from lubdub.views.servers import ViewsFull
+from lubdub.web.deps import CaseDep, KnownFamilyDep, ServicesDep
+from lubdub.web.problems import Problem
+from lubdub.web.view_desk import ViewDesk
+
+LIVE_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob: data:; "
+    "style-src 'unsafe-inline'; img-src 'self' data: blob:; font-src data:; connect-src 'self' blob: data:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
+)
+REFUSED_QUERY = frozenset({"websocket", "playbackPath"})
+"""viser would connect to, or play, whatever these name: script of strangers on our origin."""
+TOO_BIG = 1009
+NOT_FOR_YOU = 1008
+INTERNAL = 1011
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    desk = ViewDesk(app.state.services.files)
+    app.state.views = desk
+    reaper = asyncio.create_task(desk.reap_for_ever())
+    yield
+    reaper.cancel()
+    with suppress(asyncio.CancelledError):
+        await reaper
+    await asyncio.to_thread(desk.close_all)
+
+
+router = APIRouter(include_in_schema=False, lifespan=_lifespan)
+
+
+@router.get("/view/{case_id}/")
+def page(request: Request, case: CaseDep) -> HTMLResponse:
+    """viser's page for the family's own case; its server is started when it is not running."""
+    if REFUSED_QUERY & set(request.query_params):
+        raise Problem("bad-request", "This address takes no such parameter.")
+    desk: ViewDesk = request.app.state.views
+    try:
+        desk.open(case.id)
+    except ViewsFull as error:
+        raise Problem("not-ready", "Many people look at a body right now. Try again in a few minutes.") from error
+    return HTMLResponse(live_page(), headers={"Content-Security-Policy": LIVE_POLICY})
+
+
+@router.websocket("/view/{case_id}")
+async def relay(websocket: WebSocket, case_id: str, held: ServicesDep, known: KnownFamilyDep) -> None:
+    """Carries the view's messages both ways for the case's own family, from our own pages only."""
+    desk: ViewDesk = websocket.app.state.views
+    if known is None or not is_own_origin(websocket, held.settings.address):
+        return await websocket.close(NOT_FOR_YOU)
+    try:
+        await run_in_threadpool(held.store.get, known.actor, case_id)
+    except CaseNotFound:
+        return await websocket.close(NOT_FOR_YOU)
+    view = desk.running(case_id)
+    if view is None:
+        return await websocket.close(NOT_FOR_YOU)
+    offered = [Subprotocol(name) for name in websocket.scope.get("subprotocols", [])]
+    address = f"ws://127.0.0.1:{view.port}"
+    async with websockets.connect(
+        address, subprotocols=offered or None, max_size=None, compression=None, proxy=None
+    ) as upstream:
+        await websocket.accept(subprotocol=upstream.subprotocol)
+        desk.watched(case_id, +1)
+        try:
+            await _carry(websocket, upstream)
+        finally:
+            desk.watched(case_id, -1)
+    return None
+
+
+def is_own_origin(websocket: WebSocket, address: str) -> bool:
+    """Whether the socket was opened by a page of this very host. A missing Origin is no browser of ours."""
+    origin = websocket.headers.get("origin")
+    if origin is None:
+        return False
+    return urlsplit(origin).netloc in {urlsplit(address).netloc, websocket.headers.get("host")}
+
+
+async def _carry(websocket: WebSocket, upstream: ClientConnection) -> None:
+    """Both directions until one side ends; the other side then ends with the same code."""
+    down = asyncio.create_task(_to_browser(websocket, upstream))
+    up = asyncio.create_task(_to_viser(websocket, upstream))
+    done, _ = await asyncio.wait({down, up}, return_when=asyncio.FIRST_COMPLETED)
+    for task in (down, up):
+        task.cancel()
+    await asyncio.gather(down, up, return_exceptions=True)
+    code = next((task.result() for task in done if not task.cancelled() and task.exception() is None), INTERNAL)
+    with suppress(RuntimeError, WebSocketDisconnect):  # the browser may have gone first
+        await websocket.close(code)
+
+
+async def _to_browser(websocket: WebSocket, upstream: ClientConnection) -> int:
+    try:
+        async for frame in upstream:
+            await websocket.send_bytes(frame if isinstance(frame, bytes) else frame.encode())
+    except (websockets.ConnectionClosed, WebSocketDisconnect):
+        return upstream.close_code or INTERNAL
+    return upstream.close_code or 1000
+
+
+async def _to_viser(websocket: WebSocket, upstream: ClientConnection) -> int:
+    gate = Gate("placing")
+    try:
+        while True:
+            frame = await websocket.receive_bytes()
+            if gate.passes(frame):
+                await upstream.send(frame)
+    except FrameTooLarge:
+        return TOO_BIG
+    except KeyError:
+        return NOT_FOR_YOU  # a text frame: viser's page never sends one
+    except WebSocketDisconnect as gone:
+        return gone.code
+    except websockets.ConnectionClosed:
+        return upstream.close_code or INTERNAL

@@ -1,0 +1,74 @@
+// The points page: buttons answer without a reload, the server's stream says what was tapped, the crosshair
+// serves those who cannot tap. The words all come from the server; this file only swaps them in.
+const marking = document.getElementById("marking");
+const panel = document.getElementById("panel");
+const list = document.getElementById("list");
+const view = document.getElementById("view");
+const waiting = document.getElementById("frame-waiting");
+const lost = document.getElementById("frame-lost");
+const cross = document.getElementById("frame-cross");
+const crossToggle = document.getElementById("cross-toggle");
+const crossForm = document.getElementById("cross-form");
+
+let version = -1;
+let wasConnected = false;
+
+function swap(fragments) {
+  const focused = document.activeElement?.closest("form")?.querySelector("[name=action]")?.value;
+  panel.innerHTML = fragments.panel;
+  list.innerHTML = fragments.list;
+  version = fragments.version;
+  if (focused && !document.activeElement?.closest("#marking")) {
+    panel.querySelector("button")?.focus({ preventScroll: true });
+  }
+}
+
+async function refresh() {
+  const answer = await fetch(marking.dataset.panel, { headers: { Accept: "application/json" } });
+  if (answer.ok) swap(await answer.json());
+}
+
+async function send(form, submitter) {
+  const answer = await fetch(form.getAttribute("action"), {
+    method: "POST",
+    headers: { Accept: "application/json" },
+    body: new FormData(form, submitter),
+  });
+  const said = await answer.json();
+  if (said.next) window.location.assign(said.next);
+  else if (answer.ok) swap(said);
+  else document.getElementById("ask-state").textContent = said.detail ?? said.message;
+}
+
+document.addEventListener("submit", (event) => {
+  const form = event.target;
+  if (!form.closest("#marking")) return;
+  event.preventDefault();
+  send(form, event.submitter).catch(() => form.submit());
+});
+
+function connection(isConnected) {
+  waiting.hidden = isConnected || wasConnected;
+  lost.hidden = isConnected || !wasConnected;
+  wasConnected ||= isConnected;
+}
+
+const stream = new EventSource(marking.dataset.live);
+stream.addEventListener("marks", (event) => {
+  const said = JSON.parse(event.data);
+  connection(said.connected);
+  if (said.version !== version) refresh();
+});
+
+document.getElementById("frame-again").addEventListener("click", () => {
+  wasConnected = false;
+  view.src = view.getAttribute("src");
+});
+
+crossToggle.addEventListener("click", () => {
+  const isOn = cross.hidden;
+  cross.hidden = !isOn;
+  crossForm.hidden = !isOn;
+  crossToggle.setAttribute("aria-pressed", String(isOn));
+  if (isOn) view.focus();
+});
