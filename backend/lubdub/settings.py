@@ -111,3 +111,8 @@ class Settings(BaseSettings):
     def master_key(self) -> Path:
         """Path of the master key's file."""
         return self.master_key_file or self.data_dir / "master.key"
+
+    def to_environment(self) -> dict[str, str]:
+        """The same settings as environment variables, for a process started beside this one."""
+        told = self.model_dump(mode="json", exclude_none=True)
+        return {f"LUBDUB_{name.upper()}": str(value) for name, value in told.items()}

@@ -27,6 +27,20 @@ STOP_REASONS: dict[StopQuestion, Reason] = {
 }
 """By question, in the order they are asked. Sources: hazards `heart on the right`, `operated chest`."""
 
+_ASK_FIRST = "Ask the clinician about this before you rely on the places shown."
+
+UNSURE_REASONS: dict[StopQuestion, Reason] = {
+    "heart_on_right": Reason(
+        "unsure_heart_on_right", "Nobody was sure whether the heart lies on the usual, left side.", _ASK_FIRST
+    ),
+    "chest_operation_or_device": Reason(
+        "unsure_chest_operation_or_device",
+        "Nobody was sure whether there was a chest operation, or there is a device or an unusual chest shape.",
+        _ASK_FIRST,
+    ),
+    "late_pregnancy": Reason("unsure_late_pregnancy", "Nobody was sure whether this is a late pregnancy.", _ASK_FIRST),
+}
+
 
 def stop_reason(answers: Mapping[StopQuestion, Answer]) -> Reason | None:
     """Why no scan should be taken, or None. Only a clear yes stops; "unsure" is shown to the clinician."""
@@ -34,3 +48,8 @@ def stop_reason(answers: Mapping[StopQuestion, Answer]) -> Reason | None:
         if answers.get(question) == "yes":
             return reason
     return None
+
+
+def unsure_reasons(answers: Mapping[str, str]) -> tuple[Reason, ...]:
+    """Why a result is shown with care only: questions nobody was sure about."""
+    return tuple(UNSURE_REASONS[question] for question in STOP_REASONS if answers.get(question, "unsure") == "unsure")

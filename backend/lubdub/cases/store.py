@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from typing import Literal
@@ -37,7 +37,7 @@ class Repeatable:
 class Asked:
     """What is asked of a run. landmarks: name -> [x, y, z] in the file's own coordinates and unit."""
 
-    landmarks: Mapping[str, list[float]]
+    landmarks: Mapping[str, Sequence[float]]
     unit: Literal["m", "cm", "mm"] | None = None
     method: Literal["lubdub", "paper", "rule"] = "lubdub"
 

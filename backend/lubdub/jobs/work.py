@@ -1,0 +1,176 @@
+"""One job from beginning to end: the scan out of the vault, through a sandboxed child, the result back in."""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from lubdub.cases.errors import FileNotFound
+from lubdub.cases.files import Artefact, FileVault
+from lubdub.cases.rows import job_of
+from lubdub.cases.values import Case, Job
+from lubdub.cases.work import Handed, WorkDesk
+from lubdub.jobs.bundle import BadBundle, Bundle
+from lubdub.jobs.sandbox import ChildResult, Limits
+from lubdub.results import Progress, Reason
+
+LOOK_EVERY_S = 0.3
+"""How often a running job asks whether anybody still waits for it; a cancel is to be felt within a second."""
+TELL_EVERY_S = 0.2
+"""Progress within a stage is told no more often than this."""
+
+UNREADABLE_ADVICE = "Export the scan again, as PLY, GLB, OBJ or STL, or scan once more."
+FAILED = Reason("internal", "Something went wrong on our side; nothing is known about this scan yet.", "Try again.")
+
+FILES: Mapping[str, frozenset[Artefact]] = {
+    "check": frozenset({"examination.npz", "examination.json", "scan.ply"}),
+    "locate": frozenset({"result.json", "outcome.npz"}),
+}
+"""What each kind of job may store: names that come out of a child are not taken on trust."""
+
+log = logging.getLogger(__name__)
+
+
+class Runner(Protocol):
+    """What starts sandboxed children: the warm fork server."""
+
+    def run(
+        self, task: str, payload: bytes, limits: Limits, on_progress: Progress, cancelled: Callable[[], bool] = ...
+    ) -> ChildResult:
+        """Run the task on the payload in a child."""
+
+
+@dataclass(frozen=True)
+class TaskNames:
+    """The functions run in the child, as module:function."""
+
+    check: str = "lubdub.jobs.tasks:examine_task"
+    locate: str = "lubdub.jobs.tasks:locate_task"
+
+
+@dataclass(frozen=True)
+class JobSettings:
+    """How jobs are run. references: folder of reference bodies, None for the project's own."""
+
+    limits: Limits
+    tasks: TaskNames
+    references: Path | None
+
+
+class Workbench:
+    """Does jobs. One job may be done again after a crash: everything it leaves behind is written once, together."""
+
+    def __init__(self, desk: WorkDesk, vault: FileVault, runner: Runner, settings: JobSettings) -> None:
+        """Over open services."""
+        self._desk = desk
+        self._vault = vault
+        self._runner = runner
+        self._settings = settings
+
+    def do(self, job_id: str) -> None:
+        """Do the job, if anybody still waits for it, and hand in what came of it."""
+        job = job_of(job_id)
+        case = self._desk.take_up(job)
+        if case is None:
+            return
+        try:
+            ended = self._run(job, case)
+            handed = None if ended.status == "cancelled" else _handed(job, ended)
+        except FileNotFound:
+            return  # deleted meanwhile
+        except Exception:
+            log.exception("a job failed", extra={"job_id": job.id})
+            handed = Handed("failed", reason=FAILED.to_json())
+        if handed is not None:
+            self._desk.hand_in(job, handed)
+            log.info("a job ended", extra={"job_id": job.id, "outcome": handed.status})
+
+    def give_up(self, job: Job) -> None:
+        """Hand a job in as failed: it was started again and again and never came to an end."""
+        self._desk.hand_in(job, Handed("failed", reason=FAILED.to_json()))
+
+    def _run(self, job: Job, case: Case) -> ChildResult:
+        tasks = self._settings.tasks
+        payload = Bundle(self._facts(case), {"scan": self._vault.read(case.id, "scan")}).to_bytes()
+        return self._runner.run(
+            tasks.check if job.kind == "check" else tasks.locate,
+            payload,
+            self._settings.limits,
+            _Teller(self._desk, job),
+            _Watch(self._desk, job),
+        )
+
+    def _facts(self, case: Case) -> dict[str, Any]:
+        references = self._settings.references
+        return {
+            "age_years": case.age_years,
+            "sex": case.sex,
+            "posture": case.posture,
+            "answers": dict(case.answers),
+            "unit": case.unit,
+            "method": case.method,
+            "landmarks": dict(case.landmarks or {}),
+            "references": None if references is None else str(references),
+        }
+
+
+def _handed(job: Job, ended: ChildResult) -> Handed:
+    """What a child's end means for the case. A crash, a limit or a bundle that does not open: it cannot be read."""
+    if ended.status == "refused":
+        return Handed("refused", reason=json.loads(ended.payload))
+    if ended.status == "error":
+        return Handed("failed", reason=FAILED.to_json())
+    if ended.status != "ok":
+        return Handed("refused", reason=_unreadable(ended.detail))
+    try:
+        bundle = Bundle.from_bytes(ended.payload)
+    except BadBundle:
+        return Handed("refused", reason=_unreadable(""))
+    files = {name: bundle.parts[name] for name in FILES[job.kind] if name in bundle.parts}
+    if job.kind == "check":
+        return Handed("awaiting_landmarks", files)
+    is_refused = bundle.facts.get("verdict") == "refuse"
+    return Handed("refused" if is_refused else "done", files, bundle.facts.get("reason"))
+
+
+def _unreadable(detail: str) -> dict[str, str]:
+    message = detail or "This file cannot be read as a scan of a body."
+    return Reason("unreadable_file", message, UNREADABLE_ADVICE).to_json()
+
+
+class _Teller:
+    """Passes progress on: a new stage at once, steps within one now and then."""
+
+    def __init__(self, desk: WorkDesk, job: Job) -> None:
+        self._desk = desk
+        self._job = job
+        self._stage = ""
+        self._told_at = 0.0
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        moment = time.monotonic()
+        if stage != self._stage or moment - self._told_at >= TELL_EVERY_S:
+            self._stage, self._told_at = stage, moment
+            self._desk.tell(self._job, stage, fraction)
+
+
+class _Watch:
+    """Says whether the job was cancelled, asking the database now and then."""
+
+    def __init__(self, desk: WorkDesk, job: Job) -> None:
+        self._desk = desk
+        self._job = job
+        self._looked_at = 0.0
+        self._is_over = False
+
+    def __call__(self) -> bool:
+        moment = time.monotonic()
+        if not self._is_over and moment - self._looked_at >= LOOK_EVERY_S:
+            self._looked_at = moment
+            self._is_over = not self._desk.is_current(self._job)
+        return self._is_over

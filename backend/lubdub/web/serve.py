@@ -1,0 +1,144 @@
+"""The product on one machine, by one command: the web server in this process, a worker beside it, watched."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import subprocess  # nosec B404
+import sys
+import threading
+
+import structlog
+import uvicorn
+
+from lubdub.jobs.logs import configure_logs
+from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
+from lubdub.settings import Settings
+from lubdub.web.app import create_app
+
+STOP_S = 5.0
+RESTART_S = 2.0
+"""A worker that dies at once is started again no faster than this."""
+
+log = structlog.stdlib.get_logger(__name__)
+
+
+def run_web(settings: Settings) -> None:
+    """Run the web server alone until it is told to stop. Ends the process with a sentence when the port is taken."""
+    configure_logs(settings.log_level)
+    _serve(settings, listening_socket(settings))
+
+
+def serve(settings: Settings) -> None:
+    """Run web server and worker until Ctrl-C. Ends the process with a sentence when the port is taken."""
+    configure_logs(settings.log_level)
+    listening = listening_socket(settings)
+    worker = SupervisedWorker(settings)
+    worker.start()
+    _welcome(settings)
+    try:
+        _serve(settings, listening)
+    finally:
+        worker.stop()
+
+
+def listening_socket(settings: Settings) -> socket.socket:
+    """The socket the server listens on, bound before anything else is started."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listening = socket.socket(family)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((settings.host, settings.port))
+    except OSError as error:
+        listening.close()
+        raise SystemExit(_why_not(settings, error)) from error
+    return listening
+
+
+def _why_not(settings: Settings, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return (
+            f"Port {settings.port} is taken by another program. Stop that one, or choose another port: "
+            f"LUBDUB_PORT={settings.port + 1} ./lubdub serve"
+        )
+    if error.errno == errno.EACCES:
+        return f"Port {settings.port} may only be used by the administrator. Choose one above 1023 with LUBDUB_PORT."
+    return f"Lubdub cannot listen on {settings.host}, port {settings.port}: {error.strerror}."
+
+
+def _serve(settings: Settings, listening: socket.socket) -> None:
+    config = uvicorn.Config(
+        create_app(settings),
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=settings.behind_tls_proxy,
+        timeout_graceful_shutdown=2,
+        ws_max_size=1 << 20,
+    )
+    uvicorn.Server(config).run(sockets=[listening])
+
+
+def _welcome(settings: Settings) -> None:
+    lines = (
+        "Lubdub is starting.",
+        f"  For a parent:            {settings.address}/",
+        "  For a portal, a key:     ./lubdub admin key create NAME",
+        f"  The REST interface:      {settings.address}/api/docs",
+        "Ctrl-C stops everything.",
+    )
+    sys.stdout.write("\n".join(lines) + "\n")
+    sys.stdout.flush()
+
+
+class SupervisedWorker:
+    """A worker process that is started again whenever it dies, until `stop`."""
+
+    def __init__(self, settings: Settings) -> None:
+        """For these settings."""
+        self._environment = os.environ | settings.to_environment()
+        self._environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True, name="worker-supervisor")
+
+    def start(self) -> None:
+        """Start the worker and watch it."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the worker and wait for its end."""
+        self._stopping.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while not self._stopping.is_set():
+            process = self._spawn()
+            while process.poll() is None and not self._stopping.wait(0.2):
+                pass
+            if not self._stopping.is_set():
+                log.warning("the worker died and is started again", status=process.returncode)
+                self._stopping.wait(RESTART_S)
+            else:
+                _end(process)
+
+    def _spawn(self) -> subprocess.Popen[bytes]:
+        """Its standard input is a leash: when this process dies, however, it closes, and the worker stops."""
+        return subprocess.Popen(  # nosec B603
+            [sys.executable, "-m", "lubdub.jobs.worker", UNTIL_INPUT_CLOSES],
+            stdin=subprocess.PIPE,
+            env=self._environment,
+            start_new_session=True,  # Ctrl-C in a terminal is for this process, which then ends the worker
+        )
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    try:
+        process.wait(STOP_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    finally:
+        if process.stdin is not None:
+            process.stdin.close()

@@ -1,0 +1,58 @@
+"""Jobs that do what the scan's bytes say, in place of the pipeline: quick, slow, hostile."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import time
+from pathlib import Path
+
+from lubdub.jobs.bundle import Bundle
+from lubdub.results import Progress, Reason, ScanRefused, ScanUnreadable
+
+MIRRORED = Reason("mirrored_scan", "Left and right are swapped.", "Turn mirroring off.")
+
+
+def examine(payload: bytes, progress: Progress) -> bytes:
+    """Obey the scan's first line."""
+    scan = Bundle.from_bytes(payload).parts["scan"]
+    _obey(scan.split(b"\n")[0].decode("ascii", "replace"), progress)
+    parts = {"examination.npz": b"npz", "examination.json": json.dumps({"coverage": 1}).encode(), "scan.ply": b"ply"}
+    return Bundle({}, parts | {"../evil": b"never stored"}).to_bytes()
+
+
+def locate(payload: bytes, progress: Progress) -> bytes:
+    """Obey the scan's last line and repeat what was asked."""
+    bundle = Bundle.from_bytes(payload)
+    _obey(bundle.parts["scan"].split(b"\n")[-1].decode("ascii", "replace"), progress)
+    result = {"verdict": "show", "asked": dict(bundle.facts)}
+    return Bundle({"verdict": "show"}, {"result.json": json.dumps(result).encode(), "outcome.npz": b"npz"}).to_bytes()
+
+
+def _obey(order: str, progress: Progress) -> None:
+    word, _, rest = order.partition(" ")
+    progress("read", 0.0)
+    if word == "slow":
+        for step in range(100):
+            progress("fit", step / 100)
+            time.sleep(float(rest) / 100)
+    elif word == "until":
+        # Slow the first time, while the named file is not there; quick when the job is done again.
+        path = Path(rest)
+        while not path.exists():
+            progress("fit", 0.5)
+            time.sleep(0.05)
+    elif word == "crash":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    elif word == "memory":
+        bytearray(1 << 40)
+    elif word == "hang":
+        while True:
+            pass
+    elif word == "junk":
+        raise ScanUnreadable("This file is no body scan.")
+    elif word == "refuse":
+        raise ScanRefused(MIRRORED)
+    elif word == "bug":
+        raise RuntimeError("a bug of ours")
