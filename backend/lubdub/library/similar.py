@@ -45,6 +45,9 @@ class SimilaritySettings:
     """An overlay that covers less of the scan than this has slid off it."""
     flat_landmarks: float = 0.2
     """Landmarks less wide than this share of their length leave the turn about that length open."""
+    hopeless_scale: float = 1.5
+    """A body this much larger or smaller by its landmarks cannot lie on the scan unscaled: it is laid on by them
+    at once. An infant's scan against all adults otherwise takes most of the time of a choice."""
     scale_penalty_mm: float = 20.0
     """Added for each factor e of scale: a landmark start may scale a child up to an adult, which then fits
     well with the wrong proportions (measured: mean error 7.3 -> 6.4 mm)."""
@@ -89,7 +92,6 @@ class Overlay:
 def overlay(view: ScanView, landmarks: Landmarks, reference: Reference, settings: SimilaritySettings) -> Overlay:
     """Lay a reference over the scan by shape, as in the paper; check it; and if it is wrong, do it again otherwise."""
     shell = front_shell(reference.surface)
-    features = feature_cloud(shell.vertices, shell.normals, view.features.spacing_mm, settings.overlay)
     points, on_rim = spread_points(
         shell, settings.dense_spacing * float(np.linalg.norm(np.ptp(shell.vertices, axis=0)))
     )
@@ -100,11 +102,14 @@ def overlay(view: ScanView, landmarks: Landmarks, reference: Reference, settings
         residual = landmark_residual_mm(reference, landmarks, start)
         return Overlay(reference, start, route, chamfer, coverage, residual)
 
+    by_landmarks = landmark_start(reference, landmarks, settings)
+    if by_landmarks is not None and abs(np.log(by_landmarks.scale)) > np.log(settings.hopeless_scale):
+        return laid(by_landmarks, "landmarks")
+    features = feature_cloud(shell.vertices, shell.normals, view.features.spacing_mm, settings.overlay)
     rough = ransac_start(features, view.features, settings.overlay)
     by_shape = laid(icp(features, view.features, rough, settings.overlay), "shape")
     if is_believable(by_shape, landmarks, settings):
         return by_shape
-    by_landmarks = landmark_start(reference, landmarks, settings)
     if by_landmarks is not None:
         return laid(by_landmarks, "landmarks")
     shift = view.queries.mean(axis=0) - shell.vertices.mean(axis=0)
