@@ -255,17 +255,15 @@ def add_bed(
 
 
 def add_floor_clutter(scan: BodyScan) -> BodyScan:
-    """A ball beside the body, a cuff of cable and a patch of floor 450 mm below, none of them touching it."""
+    """A ball beside the body and a patch of floor 450 mm below, neither touching it."""
     skin = scan.surface.vertices[scan.label == BODY]
     size = float(np.ptp(skin[:, 1])) / 590
-    turn = np.linspace(0, np.pi, 40)[:, None], np.linspace(0, 2 * np.pi, 60)[None, :]
-    directions = np.stack(
-        [np.sin(turn[0]) * np.cos(turn[1]), np.sin(turn[0]) * np.sin(turn[1]), np.cos(turn[0]) + 0 * turn[1]], 2
-    ).reshape(-1, 3)
-    ball = directions * 45 * size + skin.max(0) + np.array([130.0, -60.0, 0]) * size
+    polar, round_ = np.linspace(0.05, np.pi - 0.05, 40)[:, None], np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    parts = np.broadcast_arrays(np.sin(polar) * np.cos(round_), np.sin(polar) * np.sin(round_), np.cos(polar))
+    ball = np.stack(parts, 2).reshape(-1, 3) * 45 * size + skin.max(0) + np.array([130.0, -60.0, 0]) * size
     floor = _grid(np.arange(-300, 300, 6.0), np.arange(-700, 200, 6.0), float(skin[:, 2].min()) - 450.0)
-    with_ball = _with(scan, cloud(ball), CLUTTER)
-    return _with(with_ball, cloud(floor.vertices), CLUTTER)
+    with_ball = _with(scan, Surface(ball, _tube_triangles(40, 60)), CLUTTER)
+    return _with(with_ball, floor, CLUTTER)
 
 
 def noise(scan: BodyScan, sigma_mm: float = 1.5, seed: int = 1) -> BodyScan:

@@ -14,7 +14,7 @@ from lubdub.results import CleanScan, LandmarkName, RawScan, Reason, ScanRefused
 from lubdub.scans.crop import near_landmarks
 from lubdub.scans.display import draped, light_mesh
 from lubdub.scans.normals import Neighbourhood, border, cloud_normals, mesh_normals, neighbourhood, turned_outward
-from lubdub.scans.pieces import choose_pieces
+from lubdub.scans.pieces import choose_pieces, is_body_like
 from lubdub.scans.planes import find_planes
 from lubdub.scans.reasons import NO_BODY_FOUND, TWO_BODIES, too_few_points
 from lubdub.scans.thin import evenly
@@ -28,15 +28,13 @@ class CleanSettings:
     """As many as the paper's; more bought nothing for four points (registration notes, section 2)."""
     work_points: int = 20_000
     """For planes and pieces, over the whole file; the result is then carried to every point."""
+    wide_look: float = 2.5
+    """A bed is easier to see from farther away: planes are sought in so many times the room kept at the end."""
     least_points: int = 400
     """Below this a nipple is one point or none: 20 by 20 points over a chest are 15 mm apart in an adult."""
     stray_reach: float = 3.0
     """A point whose 6th neighbour is this many times farther than usual is a stray."""
     stray_neighbour: int = 6
-    least_length: float = 80.0
-    """Shorter than a premature baby's chest from notch to navel."""
-    flattest: float = 0.05
-    """A body is deeper than this share of its breadth, a wall or a sheet is not."""
 
 
 SETTINGS = CleanSettings()
@@ -51,13 +49,14 @@ def clean(raw: RawScan, unit: Unit, landmarks_in_file: Mapping[LandmarkName, np.
     to_mm = Similarity(unit.mm_per_unit, np.eye(3), np.zeros(3))
     landmarks = {name: to_mm.apply(np.asarray(place, float)) for name, place in landmarks_in_file.items()}
     surface = _without_loose_vertices(Surface(to_mm.apply(raw.surface.vertices), raw.surface.triangles))
-    surface = surface.kept(near_landmarks(surface.vertices, landmarks))
+    surface = surface.kept(near_landmarks(surface.vertices, landmarks, SETTINGS.wide_look))
     _check_count(len(surface.vertices))
-    keep, notes, warnings = _body_in(surface.vertices, np.array(list(landmarks.values())).reshape(-1, 3))
+    keep, notes, warnings = _body_in(surface.vertices, landmarks)
     surface = surface.kept(keep)
     surface = surface.kept(_is_no_stray(surface.vertices))
     _check_count(len(surface.vertices))
-    _check_shape(surface.vertices)
+    if not is_body_like(surface.vertices):
+        raise ScanRefused(NO_BODY_FOUND)
     return _finished(surface, to_mm, unit, (*raw.notes, *notes), warnings)
 
 
@@ -75,24 +74,27 @@ def _check_count(count: int) -> None:
         raise ScanRefused(too_few_points(count))
 
 
-def _body_in(points: np.ndarray, landmarks: np.ndarray) -> tuple[np.ndarray, list[str], tuple[Reason, ...]]:
+def _body_in(
+    points: np.ndarray, landmarks: Mapping[LandmarkName, np.ndarray]
+) -> tuple[np.ndarray, list[str], tuple[Reason, ...]]:
     """Which points are the body: (n,) bool, what was done in words, and what was odd. Works on few points."""
+    places = np.array(list(landmarks.values())).reshape(-1, 3)
     cells = evenly(points, SETTINGS.work_points)
     work = cells.mean(points) if cells.count < len(points) else points
-    planes = find_planes(work, landmarks)
-    in_front, keep = np.ones(len(work), bool), np.ones(len(points), bool)
+    planes = find_planes(work, places)
+    candidate, keep = near_landmarks(work, landmarks), np.ones(len(points), bool)
     for plane in planes:
-        in_front &= plane.height(work) > plane.drop
+        candidate &= plane.height(work) > plane.drop
         keep &= plane.height(points) > plane.drop
-    if in_front.sum() < SETTINGS.least_points / 4:
+    if candidate.sum() < SETTINGS.least_points / 4:
         raise ScanRefused(NO_BODY_FOUND)
-    pieces = choose_pieces(work[in_front], cells.size, landmarks)
+    pieces = choose_pieces(work[candidate], cells.size, places)
     of_body = np.zeros(len(work), bool)
-    of_body[np.flatnonzero(in_front)[pieces.keep]] = True
+    of_body[np.flatnonzero(candidate)[pieces.keep]] = True
     notes = [f"removed {len(planes)} flat surface{'s' if len(planes) > 1 else ''} (bed, floor or wall)"] * bool(planes)
     if pieces.total > pieces.kept:
         notes.append(f"kept {pieces.kept} of {pieces.total} pieces")
-    return keep & of_body[cells.cell], notes, (TWO_BODIES,) if pieces.rival and not len(landmarks) else ()
+    return keep & of_body[cells.cell], notes, (TWO_BODIES,) if pieces.rival and not len(places) else ()
 
 
 def _is_no_stray(points: np.ndarray) -> np.ndarray:
@@ -103,14 +105,6 @@ def _is_no_stray(points: np.ndarray) -> np.ndarray:
     work = cells.mean(points)
     reach = cKDTree(work).query(work, k=SETTINGS.stray_neighbour + 1)[0][:, -1]
     return np.asarray((reach <= SETTINGS.stray_reach * np.median(reach))[cells.cell])
-
-
-def _check_shape(points: np.ndarray) -> None:
-    off = points - points.mean(axis=0)
-    axes = np.linalg.eigh(off.T @ off)[1]
-    depth, breadth, length = np.sort(np.ptp(off @ axes, axis=0))
-    if length < SETTINGS.least_length or depth < SETTINGS.flattest * breadth:
-        raise ScanRefused(NO_BODY_FOUND)
 
 
 def _finished(

@@ -28,10 +28,10 @@ class CropSettings:
 SETTINGS = CropSettings()
 
 
-def near_landmarks(points: np.ndarray, landmarks: Mapping[LandmarkName, np.ndarray]) -> np.ndarray:
+def near_landmarks(points: np.ndarray, landmarks: Mapping[LandmarkName, np.ndarray], wider: float = 1.0) -> np.ndarray:
     """(n,) bool: True in a generous tube round the trunk; True everywhere when too few landmarks are known.
 
-    points: (n, 3) mm; landmarks: name -> (3,) in the same frame.
+    points: (n, 3) mm; landmarks: name -> (3,) in the same frame. wider: a tube this many times as large.
     """
     ends = _notch_and_navel(landmarks)
     if ends is None:
@@ -40,7 +40,7 @@ def near_landmarks(points: np.ndarray, landmarks: Mapping[LandmarkName, np.ndarr
     length = float(np.linalg.norm(navel - notch))
     if length < 1e-6:
         return np.ones(len(points), bool)
-    room = 1.0 if is_sure else SETTINGS.slack
+    room = wider * (1.0 if is_sure else SETTINGS.slack)
     along = (points - notch) @ (navel - notch) / length
     aside_squared = ((points - notch) ** 2).sum(axis=1) - along**2
     keep = along > -SETTINGS.above_notch * room * length

@@ -22,8 +22,14 @@ class PieceSettings:
     companion_share: float = 0.05
     companion_gap: float = 30.0
     """Pieces of at least this share of the largest and within this gap belong to it: a chest scanned in strips."""
+    most_tries: int = 10
+    """How many pieces, the largest first, may turn out too flat or short before the largest is taken anyway."""
     rival_share: float = 0.5
     """A second piece with this share of the first one's points may be a second person."""
+    least_length: float = 80.0
+    """Shorter than a premature baby's chest from notch to navel."""
+    flattest: float = 0.05
+    """A body is deeper than this share of its breadth, a wall or a sheet is not."""
 
 
 SETTINGS = PieceSettings()
@@ -73,4 +79,17 @@ def _main_pieces(points: np.ndarray, label: np.ndarray, sizes: np.ndarray, landm
         named = {int(piece) for piece in label[nearest[distance < SETTINGS.landmark_reach]]}
         if named:
             return named
+    for piece in np.argsort(-sizes, kind="stable")[: SETTINGS.most_tries]:
+        if is_body_like(points[label == piece]):
+            return {int(piece)}
     return {int(sizes.argmax())}
+
+
+def is_body_like(points: np.ndarray) -> bool:
+    """Long and deep enough to be somebody's chest. points: (n, 3) mm."""
+    if len(points) < 4:
+        return False
+    off = points - points.mean(axis=0)
+    axes = np.linalg.eigh(off.T @ off)[1]
+    depth, breadth, length = np.sort(np.ptp(off @ axes, axis=0))
+    return bool(length > SETTINGS.least_length and depth > SETTINGS.flattest * breadth)

@@ -167,12 +167,12 @@ def _stands_apart(plane: Plane, points: np.ndarray, height: np.ndarray, side_is_
     flat = _in_plane(plane, points)
     pixel = max(SETTINGS.clear, 0.02 * float(np.ptp(flat, axis=0).max()))
     pixels = np.floor((flat - flat.min(axis=0)) / pixel).astype(int)
-    if _outside_share(pixels, near, rest) < SETTINGS.least_outside:
-        return False
     area = len(np.unique(pixels[near], axis=0)) * pixel * pixel
     if area > SETTINGS.body_free_area:
         return side_is_known or behind < SETTINGS.behind_share_large
     if behind > SETTINGS.behind_share and not side_is_known:
+        return False
+    if _outside_share(pixels, near, rest) < SETTINGS.least_outside:
         return False
     just_before = (height > SETTINGS.near) & (height < 3 * SETTINGS.near)
     spread_near, spread_rest = flat[near].var(axis=0).sum(), flat[rest].var(axis=0).sum() if rest.any() else 0.0
