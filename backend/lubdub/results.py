@@ -26,6 +26,8 @@ LANDMARK_NAMES: tuple[LandmarkName, ...] = (
     "nipple_left",
     "nipple_right",
 )
+PUBERTY_YEARS = 12.0
+"""From here on, a girl's or woman's breasts may move the skin of the chest against the ribs."""
 BONE_LANDMARKS: tuple[LandmarkName, ...] = ("suprasternal_notch", "xiphisternum")
 
 Progress = Callable[[str, float], None]

@@ -14,10 +14,11 @@ from lubdub.areas.words import instruction
 from lubdub.fitting.pose import find_pose
 from lubdub.fitting.shape import Pose, Pull, Target, fit_shape, start_pose
 from lubdub.geometry.frames import Similarity, body_axes
+from lubdub.geometry.neighbours import SurfaceFinder
 from lubdub.geometry.surface import carry
 from lubdub.judging import reasons
 from lubdub.judging.measures import chest_coverage
-from lubdub.judging.verdict import PUBERTY_YEARS, Evidence
+from lubdub.judging.verdict import Evidence
 from lubdub.landmarks.check import check_landmarks
 from lubdub.landmarks.frame import can_frame, frame_from_landmarks, long_axis
 from lubdub.landmarks.suggest import suggest
@@ -25,6 +26,7 @@ from lubdub.methods import NEEDED, Chest
 from lubdub.results import (
     BONE_LANDMARKS,
     LANDMARK_NAMES,
+    PUBERTY_YEARS,
     Area,
     AreaName,
     CleanScan,
@@ -162,10 +164,11 @@ def project(chest: Chest, located: Located, raw: RawScan) -> tuple[dict[AreaName
     """The areas on the file's own surface, and how far each place was from scanned skin."""
     skin = Skin(chest.scan)
     notch = chest.landmarks["suprasternal_notch"].position if "suprasternal_notch" in chest.landmarks else np.zeros(3)
+    finder = SurfaceFinder(raw.surface)
     areas, gaps = {}, {}
     for name, estimate in located.areas.items():
         place = skin.drop(estimate.position)
-        position = snap_to_file(place.position, raw, chest.scan.body_from_file)
+        position = snap_to_file(place.position, finder, chest.scan.body_from_file)
         words = instruction(name, estimate.position, notch)
         areas[name] = Area(position, place.normal, region_radius_mm(estimate.sigma_mm), words)
         gaps[name] = place.gap_mm

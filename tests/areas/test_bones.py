@@ -58,3 +58,12 @@ def test_everything_scales_and_shifts_with_the_body() -> None:
     shift = np.array([3.0, -20.0, 8.0])
     bone = believe(clicked(NOTCH + shift, JOINT + shift), {}, MAN)
     assert np.allclose(bone.notch - shift, NOTCH)
+
+
+def test_a_mans_nipples_pull_a_doubtful_notch_towards_a_breastbone_above_them() -> None:
+    fitted = {"suprasternal_notch": NOTCH - [0, 40, 0], "xiphisternum": JOINT - [0, 40, 0]}
+    sides = {"nipple_left": 1.0, "nipple_right": -1.0}
+    nipples = {name: Landmark(np.array([90.0 * x, -155.0, 20.0]), "given", 5.0) for name, x in sides.items()}
+    assert believe({}, fitted, MAN).notch[1] < believe(nipples, fitted, MAN).notch[1] < 10
+    lying_woman = believe(nipples, fitted, Patient(40, "female")).notch[1]
+    assert believe({}, fitted, Patient(40, "female")).notch[1] < lying_woman < believe(nipples, fitted, MAN).notch[1]

@@ -3,8 +3,9 @@ import pytest
 
 from lubdub.areas.project import Skin, snap_to_file
 from lubdub.geometry.frames import Similarity
+from lubdub.geometry.neighbours import SurfaceFinder
 from lubdub.geometry.surface import Surface
-from lubdub.results import CleanScan, RawScan, Unit
+from lubdub.results import CleanScan, Unit
 
 
 def bowl() -> CleanScan:
@@ -32,6 +33,6 @@ def test_a_place_beside_the_scan_says_how_far_the_skin_is() -> None:
 
 def test_the_snapped_place_lies_on_the_files_own_triangles_whatever_its_unit() -> None:
     corners = np.array([[0, 0, 0.05], [0.2, 0, 0.05], [0, 0.2, 0.05]])
-    raw = RawScan(Surface(corners, np.array([[0, 1, 2]])), "ply")
-    place = snap_to_file(np.array([40.0, 30.0, 61.0]), raw, Similarity(1000.0, np.eye(3), np.zeros(3)))
+    finder = SurfaceFinder(Surface(corners, np.array([[0, 1, 2]])))
+    place = snap_to_file(np.array([40.0, 30.0, 61.0]), finder, Similarity(1000.0, np.eye(3), np.zeros(3)))
     assert place == pytest.approx([40.0, 30.0, 50.0])

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lubdub.geometry.neighbours import closest_on_triangles, nearest_on_surface
+from lubdub.geometry.neighbours import SurfaceFinder, closest_on_triangles
 from lubdub.geometry.surface import Surface, cloud
 
 number = st.floats(-5, 5)
@@ -23,14 +23,14 @@ def test_the_nearest_place_does_not_depend_on_where_we_look_first(p: np.ndarray,
     corners = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [3, 3, 8]])
     surface = Surface(corners, np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3]]))
     exact = closest_on_triangles(p, corners[surface.triangles])
-    distance = np.linalg.norm(nearest_on_surface(p, surface, reach) - p)
+    distance = np.linalg.norm(SurfaceFinder(surface).nearest(p, reach) - p)
     assert distance == pytest.approx(np.linalg.norm(exact - p, axis=1).min())
 
 
 def test_on_a_mesh_the_nearest_place_lies_inside_a_triangle() -> None:
     surface = Surface(np.array([[0.0, 0, 0], [10, 0, 0], [0, 10, 0]]), np.array([[0, 1, 2]]))
-    assert nearest_on_surface(np.array([2.0, 3.0, 4.0]), surface, 1.0) == pytest.approx([2, 3, 0])
+    assert SurfaceFinder(surface).nearest(np.array([2.0, 3.0, 4.0]), 1.0) == pytest.approx([2, 3, 0])
 
 
 def test_on_a_cloud_the_nearest_place_is_a_point() -> None:
-    assert nearest_on_surface(np.array([9.0, 1.0, 0.0]), cloud(np.eye(3) * 10), 1.0) == pytest.approx([10, 0, 0])
+    assert SurfaceFinder(cloud(np.eye(3) * 10)).nearest(np.array([9.0, 1.0, 0.0]), 1.0) == pytest.approx([10, 0, 0])

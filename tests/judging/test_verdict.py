@@ -58,7 +58,7 @@ def test_what_makes_us_refuse(evidence: Evidence, reason: object) -> None:
         (replace(FINE, patient=Patient(6, "female", "sitting")), reasons.SITTING),
         (replace(FINE, coverage=0.6), reasons.THIN_COVERAGE),
         (measured(surface_residual_mm=7.0), reasons.ROUGH_SURFACE),
-        (measured(strangeness=1.6), reasons.ODD_SHAPE),
+        (measured(strangeness=1.8), reasons.ODD_SHAPE),
         (replace(FINE, method="paper"), reasons.PAPER_METHOD),
     ],
     ids=lambda value: getattr(value, "code", "evidence"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from lubdub.areas.anatomy import STERNUM_SPREAD, sternum_length_mm
 from lubdub.areas.rule import Breastbone
-from lubdub.results import BONE_LANDMARKS, LandmarkName, Landmarks, Patient
+from lubdub.results import BONE_LANDMARKS, PUBERTY_YEARS, LandmarkName, Landmarks, Patient
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,13 @@ class BoneSettings:
     anatomies from CT: 10-20 mm for S = 152 and 158)."""
     age_unknown_spread: float = 0.2
     """Spread of the breastbone's length when nobody said the age."""
+    nipples_below_notch: tuple[float, float] = (1.0, 0.11)
+    """Nipple line below the notch in expected breastbone lengths, and its spread: men 0.85-1.15 (whole range),
+    children as men, and 8 % for the length itself."""
+    breast_nipples_below_notch: tuple[float, float] = (1.0, 0.18)
+    """The same in women after puberty: 0.65-1.3."""
+    navel_below_notch: tuple[float, float] = (2.45, 0.25)
+    """Navel below the notch: 2.2-2.7, and 8 % for the length."""
 
 
 def believe(
@@ -53,6 +60,9 @@ def believe(
         positions = np.array([source[0] for source in sources])
         across[row] = weights @ positions[:, 0] / weights.sum(), weights.sum() ** -0.5
         depth[row] = weights @ positions[:, 2] / weights.sum()
+    for height, sigma in _notch_from_skin(clicked, patient, expected, settings):
+        information[0, 0] += sigma**-2
+        vector[0] += height * sigma**-2
     if not all(name in clicked for name in BONE_LANDMARKS):
         difference = np.array([1.0, -1.0])
         information += np.outer(difference, difference) / length_sigma**2
@@ -75,6 +85,24 @@ def _expected_length(
         return float(notch[1] - joint[1]), settings.age_unknown_spread * float(notch[1] - joint[1])
     expected = sternum_length_mm(30, patient.sex)
     return expected, settings.age_unknown_spread * expected
+
+
+def _notch_from_skin(
+    clicked: Landmarks, patient: Patient, expected: float, settings: BoneSettings
+) -> list[tuple[float, float]]:
+    """(height, sigma) of the notch as clicked nipples and navel let one guess it; nothing when it was clicked."""
+    if "suprasternal_notch" in clicked or patient.age_years is None:
+        return []
+    grown_woman = patient.sex != "male" and patient.age_years >= PUBERTY_YEARS
+    nipples = settings.breast_nipples_below_notch if grown_woman else settings.nipples_below_notch
+    heights = []
+    if "nipple_left" in clicked and "nipple_right" in clicked:
+        line = (clicked["nipple_left"].position[1] + clicked["nipple_right"].position[1]) / 2
+        heights.append((float(line) + nipples[0] * expected, nipples[1] * expected))
+    if "navel" in clicked:
+        share, spread = settings.navel_below_notch
+        heights.append((float(clicked["navel"].position[1]) + share * expected, spread * expected))
+    return heights
 
 
 def _sources(

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from lubdub.geometry.frames import Similarity
-from lubdub.geometry.neighbours import nearest_on_surface
+from lubdub.geometry.neighbours import SurfaceFinder
 from lubdub.geometry.surface import unit
-from lubdub.results import CleanScan, RawScan
+from lubdub.results import CleanScan
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Skin:
         return SkinPlace(np.array([place[0], place[1], z]), normal, gap)
 
 
-def snap_to_file(place: np.ndarray, raw: RawScan, body_from_file: Similarity) -> np.ndarray:
+def snap_to_file(place: np.ndarray, in_file: SurfaceFinder, body_from_file: Similarity) -> np.ndarray:
     """The place (3,) body frame, moved to the nearest point of the file's own, uncleaned surface; body frame."""
-    in_file = body_from_file.inverse().apply(place)
-    return body_from_file.apply(nearest_on_surface(in_file, raw.surface, 10.0 / body_from_file.scale))
+    nearest = in_file.nearest(body_from_file.inverse().apply(place), 10.0 / body_from_file.scale)
+    return body_from_file.apply(nearest)
