@@ -11,7 +11,7 @@ import numpy as np
 import viser
 
 from lubdub.geometry.raycast import SkinCaster
-from lubdub.geometry.surface import triangle_normals, unit
+from lubdub.geometry.surface import Surface, triangle_normals, unit
 from lubdub.results import Area, AreaName, CleanScan, Landmark, LandmarkName, Landmarks, Outcome
 from lubdub.views import stickers
 from lubdub.views.framing import FIELD_OF_VIEW, framed
@@ -26,6 +26,8 @@ DROP_MM = 60.0
 """From how far outside things are dropped onto the skin: above any bulge within a chestpiece's reach."""
 LIFT_MM = 1.2
 """How far things laid on the skin stand off it, so that they do not flicker through."""
+PLATE_LIFT_MM = 8.0
+"""The plates are flat and wide: they stand off a curved flank."""
 
 # Diaphragm diameters by clinical.md section 5: infant about 25-27, child about 33, adult 43-44 mm.
 CHESTPIECE_MM = ((1.0, 26.0), (12.0, 33.0))
@@ -78,13 +80,27 @@ def show_sides(scene: viser.SceneApi, scan: CleanScan, landmarks: Landmarks) -> 
     navel = landmarks.get("navel")
     height = max(0.86 * float(navel.position[1]), bottom * 0.9) if navel is not None else 0.8 * bottom
     front = float(scan.points[:, 2].max()) + 200.0
-    starts = np.array([[0.62 * left, height, front], [0.62 * right, height, front]])
-    hits = SkinCaster(scan.display).cast(starts, np.array([0.0, 0.0, -1.0]))
-    normals = unit(triangle_normals(scan.display.vertices, scan.display.triangles[hits.triangle]))
-    for row, (side, words) in enumerate((("right", "patient's\nright"), ("left", "patient's\nleft"))):
-        if hits.met[row]:
-            width = 0.21 * (right - left)
-            _lay(scene, f"/sides/{side}", stickers.plate(words), hits.points[row], _facing(normals[row]), width, 4.0)
+    width = 0.21 * (right - left)
+    skin = SkinCaster(scan.display)
+    for side, edge, words in (("right", left, "patient's\nright"), ("left", right, "patient's\nleft")):
+        found = _flattest(skin, scan.display, np.array([0.62 * edge, height, front]), width / 2)
+        if found is not None:
+            _lay(scene, f"/sides/{side}", stickers.plate(words), found[0], _facing(found[1]), width, PLATE_LIFT_MM)
+
+
+def _flattest(
+    skin: SkinCaster, surface: Surface, start: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """The skin in front of start (3,), and the mean normal of the skin within reach: noise must not tilt a plate."""
+    step = np.linspace(-reach, reach, 5)
+    across, along = np.meshgrid(step, step)
+    offsets = np.stack([across.ravel(), along.ravel(), np.zeros(across.size)], axis=1)
+    hits = skin.cast(start + offsets, np.array([0.0, 0.0, -1.0]))
+    middle = len(offsets) // 2
+    if not hits.met[middle]:
+        return None
+    normals = unit(triangle_normals(surface.vertices, surface.triangles[hits.triangle[hits.met]]))
+    return hits.points[middle], unit(normals.mean(axis=0))
 
 
 def show_landmarks(

@@ -9,8 +9,7 @@ from fastapi.responses import JSONResponse, RedirectResponse, Response
 from starlette.datastructures import FormData
 
 from lubdub.cases.values import Case
-from lubdub.judging.verdict import PUBERTY_YEARS
-from lubdub.results import LandmarkName
+from lubdub.results import PUBERTY_YEARS, LandmarkName
 from lubdub.web.pages_marks import Marks, asked_points
 from lubdub.web.view_desk import ViewDesk
 

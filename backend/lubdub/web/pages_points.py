@@ -95,7 +95,7 @@ def change_for(action: str, name: str, case: Case, desk: ViewDesk) -> Callable[[
     """What a button does to the marks. Raises Problem `bad-request`."""
     asked = asked_of(case)
     if action == "choose" and name in LANDMARK_NAMES:
-        chosen: LandmarkName = name  # type: ignore[assignment]
+        chosen: LandmarkName = name
         return lambda marks: marks.choosing(chosen)
     if action == "accept":
         return lambda marks: accepting(marks, case, desk)
@@ -142,19 +142,15 @@ def _facts(request: Request, case: Case, desk: ViewDesk) -> dict[str, Any]:
         "points": words.all_points(),
         "current": words.current(),
         "can_undo": bool(marks.past),
-        "all_answered": words.is_all_answered,
         "summary": words.summary(),
-        "done_hint": words.summary(),
         "version": desk.version(case.id),
     }
 
 
 def _fragments(request: Request, case: Case, family: FamilyDep, desk: ViewDesk) -> JSONResponse:
     facts = _facts(request, case, desk)
-    return JSONResponse(
-        {
-            "panel": render_part(request, "family/points/panel_part.html", family, **facts),
-            "list": render_part(request, "family/points/list.html", family, **facts),
-            "version": facts["version"],
-        }
-    )
+    pieces = {
+        piece: render_part(request, f"family/points/{piece}.html", family, **facts)
+        for piece in ("ask", "actions", "list")
+    }
+    return JSONResponse({**pieces, "version": facts["version"]})

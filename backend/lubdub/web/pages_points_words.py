@@ -30,23 +30,21 @@ def point_texts(_: Callable[[str], str]) -> dict[LandmarkName, PointText]:
     return {
         "suprasternal_notch": PointText(
             _("top of the breastbone"),
-            _("Feel for the top of the breastbone"),
+            _("Feel the top of the breastbone"),
             _(
-                "Slide a finger down the middle of the throat, into the soft hollow between the collarbones. "
-                "The hard edge below the hollow is the place. Tap it on the picture."
+                "Slide a finger down the throat into the soft hollow between the collarbones. "
+                "Tap the hard edge just below it."
             ),
         ),
         "xiphisternum": PointText(
             _("lower end of the breastbone"),
-            _("Feel for the lower end of the breastbone"),
+            _("Feel the lower end of the breastbone"),
             _(
-                "Slide a finger down the middle of the breastbone until the hard bone stops and the soft belly "
-                "begins. Tap the last hard spot on the picture."
+                "Slide a finger down the middle of the breastbone until the bone stops and the soft belly begins. "
+                "Tap the last hard spot."
             ),
         ),
-        "navel": PointText(
-            _("belly button"), _("Find the belly button"), _("Tap the middle of the belly button on the picture.")
-        ),
+        "navel": PointText(_("belly button"), _("Find the belly button"), _("Tap its middle on the picture.")),
         "nipple_left": PointText(
             _("patient's left nipple"),
             _("Find the patient's left nipple"),
@@ -85,11 +83,6 @@ class PointsWords:
         text = self._texts[name]
         return {**self._point(name), "heading": text.heading, "how": text.how, "state_words": self._state_words(name)}
 
-    @property
-    def is_all_answered(self) -> bool:
-        """Whether something was said about every point asked for."""
-        return all(self._marks.is_answered(name) for name in self._asked)
-
     def summary(self) -> str:
         """What the answer will rest on."""
         _ = self._
@@ -116,6 +109,7 @@ class PointsWords:
             "short_state": short[state],
             "is_marked": name in self._marks.placed,
             "is_suggested": name in self._suggested,
+            "is_bone": name in BONE_LANDMARKS,
         }
 
     def _state(self, name: LandmarkName) -> str:

@@ -138,7 +138,7 @@ def stage_words(request: Request, case: Case) -> str:
         return _("Waiting for our turn")
     words = {
         "read": _("Reading the file"),
-        "clean": _("Finding the chest in it"),
+        "clean": _("Finding the chest in the scan"),
         "fit": _("Bending a reference body onto it"),
         "choose": _("Comparing with reference bodies"),
         "project": _("Carrying the places over"),

@@ -9,7 +9,7 @@ from fastapi.responses import Response
 
 from lubdub.cases.screening import STOP_REASONS
 from lubdub.cases.values import Answer, NewCase, StopQuestion
-from lubdub.judging.verdict import PUBERTY_YEARS
+from lubdub.results import PUBERTY_YEARS
 from lubdub.web.deps import ActionsDep, FamilyDep, FormGuard, SettingsDep
 from lubdub.web.pages_common import STEP_OF, FormDep, go, said
 from lubdub.web.pages_look import WHO_COOKIE, gettext_of, render
@@ -124,9 +124,8 @@ def asks_pregnancy(given: dict[str, str]) -> bool:
 def new_case(given: dict[str, str]) -> NewCase:
     """The checked answers as a case."""
     answers: dict[StopQuestion, Answer] = {
-        question: given[question]  # type: ignore[misc]
+        question: given[question] if given[question] in ("yes", "unsure") else "no"  # type: ignore[misc]
         for question in STOP_REASONS
-        if given[question] in ("no", "yes", "unsure")
     }
     return NewCase(
         age_years=age_years(given) or 0.0,

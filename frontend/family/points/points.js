@@ -1,8 +1,7 @@
 // The points page: buttons answer without a reload, the server's stream says what was tapped, the crosshair
 // serves those who cannot tap. The words all come from the server; this file only swaps them in.
 const marking = document.getElementById("marking");
-const panel = document.getElementById("panel");
-const list = document.getElementById("list");
+const pieces = ["ask", "actions", "list"].map((name) => [name, document.getElementById(name)]);
 const view = document.getElementById("view");
 const waiting = document.getElementById("frame-waiting");
 const lost = document.getElementById("frame-lost");
@@ -13,14 +12,11 @@ const crossForm = document.getElementById("cross-form");
 let version = -1;
 let wasConnected = false;
 
-function swap(fragments) {
-  const focused = document.activeElement?.closest("form")?.querySelector("[name=action]")?.value;
-  panel.innerHTML = fragments.panel;
-  list.innerHTML = fragments.list;
-  version = fragments.version;
-  if (focused && !document.activeElement?.closest("#marking")) {
-    panel.querySelector("button")?.focus({ preventScroll: true });
-  }
+function swap(said) {
+  const hadFocus = pieces.some(([, piece]) => piece.contains(document.activeElement));
+  for (const [name, piece] of pieces) piece.innerHTML = said[name];
+  version = said.version;
+  if (hadFocus) document.querySelector("#actions button")?.focus({ preventScroll: true });
 }
 
 async function refresh() {
@@ -66,8 +62,8 @@ document.getElementById("frame-again").addEventListener("click", () => {
 });
 
 crossToggle.addEventListener("click", () => {
-  const isOn = cross.hidden;
-  cross.hidden = !isOn;
+  const isOn = crossForm.hidden;
+  cross.toggleAttribute("hidden", !isOn);
   crossForm.hidden = !isOn;
   crossToggle.setAttribute("aria-pressed", String(isOn));
   if (isOn) view.focus();
