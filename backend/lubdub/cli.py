@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     os.environ.setdefault("OMP_NUM_THREADS", "2")
     _set_up_logging()
     try:
-        typed = _parser().parse_args(arguments)
+        typed = build_parser().parse_args(arguments)
         code: int = typed.run(typed)
     except CommandFault as fault:
         code = _say(str(fault))
@@ -67,7 +67,8 @@ def _set_up_logging() -> None:
     logging.basicConfig(handlers=[handler], level=logging.DEBUG if _debugging() else logging.WARNING)
 
 
-def _parser() -> argparse.ArgumentParser:
+def build_parser() -> argparse.ArgumentParser:
+    """Everything that can be typed; each command puts the function to call into `run`."""
     parser = _Parser(
         prog="lubdub",
         description="Shows where on this chest the four heart-listening areas are, from a 3D scan.",
