@@ -13,9 +13,10 @@ from lubdub import __version__
 from lubdub.areas.bones import BoneSettings
 from lubdub.areas.project import DropSettings
 from lubdub.fitting.pose import PoseSettings
+from lubdub.fitting.refine import RefineSettings
 from lubdub.fitting.shape import ShapeFitSettings
 from lubdub.geometry.sparse import solver_name
-from lubdub.judging.measures import chest_coverage, landmark_residual_mm
+from lubdub.judging.measures import chest_coverage
 from lubdub.judging.verdict import Evidence, Gates
 from lubdub.landmarks.check import LandmarkLimits
 from lubdub.landmarks.suggest import SuggestionSettings
@@ -77,7 +78,7 @@ def outcome(
     fit = located.fit
     quality = Quality(
         surface_residual_mm=fit.surface_residual_mm if fit else None,
-        landmark_residual_mm=landmark_residual_mm(fit, chest.landmarks) if fit else None,
+        landmark_residual_mm=located.measures.get("landmark_residual_mm"),
         coverage=evidence.coverage,
         spread_mm=located.measures.get("spread_mm"),
     )
@@ -108,6 +109,7 @@ def provenance(method: MethodName, library: Library) -> dict[str, str]:
         (
             SETTINGS,
             ShapeFitSettings(),
+            RefineSettings(),
             PoseSettings(),
             BoneSettings(),
             DropSettings(),

@@ -10,6 +10,7 @@ import numpy as np
 from lubdub.areas.bones import believe
 from lubdub.areas.rule import Breastbone, distance_mm, place_areas
 from lubdub.fitting.paper import fit_paper
+from lubdub.judging.measures import landmark_residual
 from lubdub.library.choose import choose
 from lubdub.library.nearest import rank_by_shape
 from lubdub.results import (
@@ -33,14 +34,17 @@ class Chest:
     """What every method is given: the skin in the body frame, all landmarks, the person.
 
     landmarks: all five, given or suggested. fit: the shape basis bent onto the scan; always there for `lubdub`,
-    otherwise only when landmarks had to be suggested. age_years: as said, or read off the breastbone.
+    otherwise only when landmarks had to be suggested. overlay: the same body laid exactly on the skin and the
+    clicks; for showing, since its bones follow the clicks and so cannot contradict them. age_years: as said, or
+    read off the breastbone.
     """
 
     scan: CleanScan
     landmarks: Landmarks
     patient: Patient
     age_years: float
-    fit: Fit | None
+    fit: Fit | None = None
+    overlay: Fit | None = None
 
 
 Method = Callable[[Chest, Library, Progress], Located]
@@ -60,13 +64,13 @@ def by_paper(chest: Chest, library: Library, progress: Progress) -> Located:
     length = float(fit.landmarks["suprasternal_notch"][1] - fit.landmarks["xiphisternum"][1])
     areas = {name: Estimate(place, PAPER_SIGMA * length) for name, place in fit.areas.items()}
     measures = {"surface_residual_mm": fit.surface_residual_mm, "sternum_mm": length}
-    measures |= _against_rule(chest, fit.areas)
+    measures |= _against_rule(chest, fit.areas) | landmark_residual(fit, chest.landmarks)
     return Located(areas, fit, choice.ranked, choice.selected.id, measures)
 
 
 def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
     """Bone first: the rule on bone points believed from clicks, the fitted body and growth tables together."""
-    if chest.fit is None:
+    if chest.fit is None or chest.overlay is None:
         raise ValueError("this method needs a fitted body")
     bone = believe(_given(chest.landmarks), chest.fit.landmarks, chest.patient)
     areas = place_areas(bone, chest.age_years)
@@ -76,9 +80,10 @@ def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
         "strangeness": chest.fit.strangeness,
         "sternum_mm": bone.length_mm,
         "rule_disagreement_mm": _disagreement(bone, chest),
-        "spread_mm": _spread_mm(areas, chest.fit.areas),
+        "spread_mm": _spread_mm(areas, chest.overlay.areas),
+        **landmark_residual(chest.fit, chest.landmarks),
     }
-    return Located(areas, chest.fit, ranked, ranked[0].id if ranked else None, measures)
+    return Located(areas, chest.overlay, ranked, ranked[0].id if ranked else None, measures)
 
 
 METHODS: Mapping[MethodName, Method] = {"lubdub": by_lubdub, "paper": by_paper, "rule": by_rule}

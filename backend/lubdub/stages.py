@@ -12,6 +12,7 @@ from lubdub.areas.project import Skin, snap_to_file
 from lubdub.areas.rule import region_radius_mm
 from lubdub.areas.words import instruction
 from lubdub.fitting.pose import find_pose
+from lubdub.fitting.refine import refine
 from lubdub.fitting.shape import Pose, Pull, Target, fit_shape, start_pose
 from lubdub.geometry.frames import Similarity, body_axes
 from lubdub.geometry.neighbours import SurfaceFinder
@@ -59,7 +60,7 @@ class StageSettings:
     breast_nipple_pull_mm: float = 30.0
     """After puberty a woman's nipples slide 30-40 mm over the ribs when she lies down."""
     pose_margin: float = 0.04
-    pose_misfit_mm: float = 25.0
+    pose_misfit_mm: float = 60.0
 
 
 SETTINGS = StageSettings()
@@ -115,13 +116,15 @@ def understand(laid: Laid, patient: Patient, method: MethodName, library: Librar
     """Fit the shape basis where the method needs it, suggest what was not clicked, straighten the frame."""
     given = {name: Landmark(place, "given", _click_sigma(name)) for name, place in laid.given.items()}
     if method != "lubdub" and all(name in given for name in NEEDED[method]):
-        return Chest(laid.scan, given, patient, _age(patient, given, None), None)
-    pose, fit = fit_shape(Target.of(laid.scan), _pulls(laid.given, patient), library.basis, laid.start)
+        return Chest(laid.scan, given, patient, _age(patient, given, None))
+    target, pulls = Target.of(laid.scan), _pulls(laid.given, patient)
+    pose, fit = fit_shape(target, pulls, library.basis, laid.start)
+    overlay = refine(fit, target, pulls, library.basis)
     move = _straighten(pose, fit, laid.given)
-    scan, fit = laid.scan.moved(move), fit.moved(move)
+    scan, fit, overlay = laid.scan.moved(move), fit.moved(move), overlay.moved(move)
     moved = {name: Landmark(move.apply(mark.position), "given", mark.uncertainty_mm) for name, mark in given.items()}
     landmarks = {**suggest(scan, fit), **moved}
-    return Chest(scan, landmarks, patient, _age(patient, moved, fit), fit)
+    return Chest(scan, landmarks, patient, _age(patient, moved, fit), fit, overlay)
 
 
 def _click_sigma(name: LandmarkName) -> float:

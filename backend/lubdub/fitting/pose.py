@@ -24,7 +24,7 @@ class PoseSettings:
     scan_points: int = 3000
     sizes: tuple[float, ...] = (0.8, 1.1)
     """Starts for the body's size, as a multiple of what the scan's spread suggests."""
-    kept: int = 4
+    kept: int = 3
     """How many of the rough fits are fitted fully."""
     rough: ShapeFitSettings = field(
         default_factory=lambda: ShapeFitSettings(
@@ -55,10 +55,11 @@ def find_pose(scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None 
         pose, _ = fit_shape(target, {}, coarse, start, settings.rough)
         rough.append((misfit_mm(pose, coarse, target, 15.0), pose))
     rough.sort(key=lambda pair: pair[0])
+    # A flexible body explains a lot, even upside down; a stiff one explains less but lies less: both count.
     full = []
-    for _, pose in _distinct(rough)[: settings.kept]:
+    for score, pose in _distinct(rough)[: settings.kept]:
         final, fit = fit_shape(target, {}, basis, Pose(pose.body_from_basis, pose.coefficients), settings.full)
-        full.append((misfit_mm(final, basis, target, 10.0), final, fit))
+        full.append((score + misfit_mm(final, basis, target, 10.0), final, fit))
     full.sort(key=lambda triple: triple[0])
     best = full[0]
     others = [score for score, pose, _ in full[1:] if _turn_between(pose, best[1]) > 0.6]

@@ -25,7 +25,7 @@ class RefineSettings:
     """Measured beside the shape fit alone: the same areas within 0.2 mm, and a truer overlay."""
 
     stiffness: tuple[float, ...] = (100.0, 30.0, 10.0)
-    steps_each: int = 2
+    steps_each: int = 1
     reach_mm: float = 8.0
     """Geman-McClure scale of the match weights."""
     point_to_point: float = 0.1

@@ -118,17 +118,18 @@ def _modes_at(iteration: int, available: int, settings: ShapeFitSettings) -> int
 def _match(
     vertices: np.ndarray, basis: ShapeBasis, target: Target, scale: float, settings: ShapeFitSettings
 ) -> _Matches:
-    normals = vertex_normals(vertices, basis.triangles)
-    distance, nearest = target.tree.query(vertices, distance_upper_bound=3 * scale)
+    counted = np.flatnonzero(basis.data_weight > 0)
+    normals = vertex_normals(vertices, basis.triangles)[counted]
+    distance, nearest = target.tree.query(vertices[counted], distance_upper_bound=3 * scale)
     found = np.isfinite(distance)
     nearest = np.where(found, nearest, 0)
     facing = (normals * target.normals[nearest]).sum(1) > np.cos(np.deg2rad(settings.match_angle_deg))
-    good = found & facing & ~target.is_border[nearest] & (basis.data_weight > 0)
-    index = np.flatnonzero(good)
-    points, scan_normals = target.points[nearest[index]], target.normals[nearest[index]]
+    good = found & facing & ~target.is_border[nearest]
+    index = counted[good]
+    points, scan_normals = target.points[nearest[good]], target.normals[nearest[good]]
     residual = ((vertices[index] - points) * scan_normals).sum(1)
     weights = basis.data_weight[index] * (scale**2 / (scale**2 + residual**2)) ** 2
-    towards_front = (basis.data_weight > 0.5) & (normals[:, 2] > 0.3)
+    towards_front = (basis.data_weight[counted] > 0.5) & (normals[:, 2] > 0.3)
     share = float(good[towards_front].mean()) if towards_front.any() else 0.0
     return _Matches(index, points, scan_normals, weights, share)
 

@@ -25,10 +25,10 @@ def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
     return float(np.mean(distance < 12.0 * size))
 
 
-def landmark_residual_mm(fit: Fit, landmarks: Landmarks) -> float | None:
-    """Root mean square distance from the clicked landmarks to the fitted body's own; None without clicks."""
+def landmark_residual(fit: Fit, landmarks: Landmarks) -> dict[str, float]:
+    """`landmark_residual_mm`: root mean square distance from clicked landmarks to the body's own; empty without."""
     clicked = [name for name, landmark in landmarks.items() if landmark.source == "given"]
     if not clicked:
-        return None
+        return {}
     offsets = [fit.landmarks[name] - landmarks[name].position for name in clicked]
-    return float(np.sqrt(np.mean(np.sum(np.square(offsets), axis=1))))
+    return {"landmark_residual_mm": float(np.sqrt(np.mean(np.sum(np.square(offsets), axis=1))))}
