@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface
@@ -17,7 +16,7 @@ from lubdub.scans.normals import Neighbourhood, border, cloud_normals, mesh_norm
 from lubdub.scans.pieces import choose_pieces, is_body_like
 from lubdub.scans.planes import find_planes
 from lubdub.scans.reasons import NO_BODY_FOUND, TWO_BODIES, too_few_points
-from lubdub.scans.thin import evenly
+from lubdub.scans.thin import Cells, evenly
 
 
 @dataclass(frozen=True)
@@ -49,11 +48,10 @@ def clean(raw: RawScan, unit: Unit, landmarks_in_file: Mapping[LandmarkName, np.
     to_mm = Similarity(unit.mm_per_unit, np.eye(3), np.zeros(3))
     landmarks = {name: to_mm.apply(np.asarray(place, float)) for name, place in landmarks_in_file.items()}
     surface = _without_loose_vertices(Surface(to_mm.apply(raw.surface.vertices), raw.surface.triangles))
-    surface = surface.kept(near_landmarks(surface.vertices, landmarks, SETTINGS.wide_look))
+    surface = _part(surface, near_landmarks(surface.vertices, landmarks, SETTINGS.wide_look))
     _check_count(len(surface.vertices))
     keep, notes, warnings = _body_in(surface.vertices, landmarks)
-    surface = surface.kept(keep)
-    surface = surface.kept(_is_no_stray(surface.vertices))
+    surface = _part(surface, keep)
     _check_count(len(surface.vertices))
     if not is_body_like(surface.vertices):
         raise ScanRefused(NO_BODY_FOUND)
@@ -66,7 +64,11 @@ def _without_loose_vertices(surface: Surface) -> Surface:
         return surface
     used = np.zeros(len(surface.vertices), bool)
     used[surface.triangles.ravel()] = True
-    return surface if used.all() else surface.kept(used)
+    return _part(surface, used)
+
+
+def _part(surface: Surface, keep: np.ndarray) -> Surface:
+    return surface if keep.all() else surface.kept(keep)
 
 
 def _check_count(count: int) -> None:
@@ -97,28 +99,30 @@ def _body_in(
     return keep & of_body[cells.cell], notes, (TWO_BODIES,) if pieces.rival and not len(places) else ()
 
 
-def _is_no_stray(points: np.ndarray) -> np.ndarray:
-    """(n,) bool: False for points that float off the skin."""
-    cells = evenly(points, SETTINGS.points)
-    if cells.count <= SETTINGS.stray_neighbour:
-        return np.ones(len(points), bool)
-    work = cells.mean(points)
-    reach = cKDTree(work).query(work, k=SETTINGS.stray_neighbour + 1)[0][:, -1]
-    return np.asarray((reach <= SETTINGS.stray_reach * np.median(reach))[cells.cell])
-
-
 def _finished(
     surface: Surface, to_mm: Similarity, unit: Unit, notes: tuple[str, ...], warnings: tuple[Reason, ...]
 ) -> CleanScan:
-    cells = evenly(surface.vertices, SETTINGS.points)
-    points = cells.mean(surface.vertices) if cells.count < len(surface.vertices) else surface.vertices
-    near = neighbourhood(points)
+    surface, cells, points, near = _even(surface)
     by_triangles = mesh_normals(surface, cells)
     normals, was_inside_out = turned_outward(points, _normals(points, near, by_triangles))
     if was_inside_out and by_triangles is not None:
         notes = (*notes, "the surface was inside out and was turned round")
     display = draped(points, normals) if surface.is_cloud else light_mesh(surface, points, normals)
     return CleanScan(points, normals, border(points, normals, near), display, to_mm, unit, notes, warnings)
+
+
+def _even(surface: Surface) -> tuple[Surface, Cells, np.ndarray, Neighbourhood]:
+    """The surface without strays, its cubes, one point for each cube, and their neighbours."""
+    while True:
+        cells = evenly(surface.vertices, SETTINGS.points)
+        points = cells.mean(surface.vertices) if cells.count < len(surface.vertices) else surface.vertices
+        near = neighbourhood(points)
+        reach = near.reach[:, SETTINGS.stray_neighbour]
+        stray = reach > SETTINGS.stray_reach * np.median(reach)
+        if not stray.any():
+            return surface, cells, points, near
+        surface = surface.kept(~stray[cells.cell])
+        _check_count(len(surface.vertices))
 
 
 def _normals(points: np.ndarray, near: Neighbourhood, by_triangles: np.ndarray | None) -> np.ndarray:

@@ -23,8 +23,10 @@ class NormalSettings:
     border_offset: float = 0.33
     """On a straight edge the neighbours' mean lies 0.42 radii inside; in the middle of skin, nearly none."""
     tree_neighbours: int = 8
-    consistent_share: float = 0.97
-    """Share of shared edges that two triangles walk in opposite directions, as well-wound meshes do."""
+    consistent_share: float = 0.9998
+    """Share of shared edges that two triangles walk in opposite directions. All do in a well-wound mesh; a seam
+    between two halves, one inside out, is a few hundred edges of a hundred thousand."""
+    triangles_looked_at: int = 200_000
 
 
 SETTINGS = NormalSettings()
@@ -56,16 +58,14 @@ def mesh_normals(surface: Surface, cells: Cells) -> np.ndarray | None:
 
 
 def _consistency(triangles: np.ndarray) -> float:
-    """Of the edges with two triangles, the share that both walk in opposite directions. A sample will do."""
-    sample = triangles[:60_000]
-    starts = sample.ravel()
-    ends = sample[:, [1, 2, 0]].ravel()
-    base = int(triangles.max()) + 1
-    keys = np.minimum(starts, ends) * base + np.maximum(starts, ends)
-    order = np.argsort(keys)
-    shared = keys[order][1:] == keys[order][:-1]
-    forward = (starts < ends)[order]
-    return float((forward[1:] != forward[:-1])[shared].mean()) if shared.any() else 0.0
+    """Of the edges with two triangles, the share that both walk in opposite directions. Some edges will do."""
+    starts, ends = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    low = np.minimum(starts, ends)
+    looked_at = low % (len(triangles) // SETTINGS.triangles_looked_at + 1) == 0
+    low, starts, ends = low[looked_at], starts[looked_at], ends[looked_at]
+    words = np.sort(((low * (int(triangles.max()) + 1) + np.maximum(starts, ends)) << 1) | (starts < ends))
+    shared = words[1:] >> 1 == words[:-1] >> 1
+    return float((words[1:] != words[:-1])[shared].mean()) if shared.any() else 0.0
 
 
 def cloud_normals(points: np.ndarray, near: Neighbourhood) -> np.ndarray:

@@ -9,6 +9,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from lubdub.scans.thin import bounds
+
 
 @dataclass(frozen=True)
 class PieceSettings:
@@ -61,8 +63,11 @@ def choose_pieces(points: np.ndarray, spacing: float, landmarks: np.ndarray) -> 
         for piece in worth_naming
         if piece not in main and main_tree.query(points[label == piece])[0].min() < SETTINGS.companion_gap
     }
-    dropped = [piece for piece in worth_naming if piece not in main | companions]
-    rival = bool(len(dropped) and sizes[dropped].max() >= SETTINGS.rival_share * largest)
+    rival = any(
+        sizes[piece] >= SETTINGS.rival_share * largest and is_body_like(points[label == piece])
+        for piece in worth_naming
+        if piece not in main | companions
+    )
     keep = np.isin(label, list(main | companions))
     return Pieces(keep, len(main | companions), len(set(worth_naming.tolist()) | main), rival)
 
@@ -91,5 +96,6 @@ def is_body_like(points: np.ndarray) -> bool:
         return False
     off = points - points.mean(axis=0)
     axes = np.linalg.eigh(off.T @ off)[1]
-    depth, breadth, length = np.sort(np.ptp(off @ axes, axis=0))
+    low, high = bounds(off @ axes)
+    depth, breadth, length = np.sort(high - low)
     return bool(length > SETTINGS.least_length and depth > SETTINGS.flattest * breadth)

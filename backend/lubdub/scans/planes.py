@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from lubdub.scans.thin import cells_of
+from lubdub.scans.thin import bounds, cells_of, spacing
 
 
 @dataclass(frozen=True)
@@ -18,8 +18,8 @@ class PlaneSettings:
     patch: float = 40.0
     """Edge of the cubes whose points are tried as part of a plane: a bed is flat over a hand's breadth."""
     patch_points: int = 8
-    patch_roughness: float = 6.0
-    """Depth cameras and phone meshes are 1-5 mm rough on flat things (clinical notes, scanners)."""
+    patch_roughness: float = 9.0
+    """Depth cameras and phone meshes are 1-5 mm rough on a bed, and rougher on a floor farther away."""
     near: float = 7.0
     """A point this near lies in the plane."""
     clear: float = 20.0
@@ -41,6 +41,8 @@ class PlaneSettings:
     """Removed with the plane: three times its roughness, within these bounds."""
     landmark_clearance: float = 20.0
     """The five landmarks lie on the front, so a plane this near to one is the body."""
+    search_points: int = 10_000
+    """A square metre at 10 mm: enough to see a bed."""
     most_planes: int = 6
     most_tries: int = 12
 
@@ -71,6 +73,7 @@ def find_planes(points: np.ndarray, landmarks: np.ndarray) -> list[Plane]:
     points: (n, 3) in mm, evenly spread; landmarks: (k, 3), k may be 0: these are never behind a plane.
     """
     found: list[Plane] = []
+    points = points[:: -(-len(points) // SETTINGS.search_points)]
     while len(found) < SETTINGS.most_planes and len(points) >= 4 * SETTINGS.patch_points:
         judged = (_judged(candidate, points, landmarks) for candidate in _candidates(points))
         plane = next((one for one in judged if one is not None), None)
@@ -99,7 +102,7 @@ def _flat_patches(points: np.ndarray) -> _Patches:
     spread, axes = np.linalg.eigh(moments)
     spread = np.sqrt(np.maximum(spread, 0))
     flat = (weights >= SETTINGS.patch_points) & (spread[:, 0] < SETTINGS.patch_roughness)
-    flat &= spread[:, 1] > 1.5 * spread[:, 0]
+    flat &= spread[:, 1] > 1.2 * spread[:, 0]
     return _Patches(middles[flat], axes[flat, :, 0], weights[flat])
 
 
@@ -165,18 +168,21 @@ def _stands_apart(plane: Plane, points: np.ndarray, height: np.ndarray, side_is_
     near, rest = np.abs(height) < SETTINGS.near, height > SETTINGS.clear
     behind = float((height < -SETTINGS.clear).mean())
     flat = _in_plane(plane, points)
-    pixel = max(SETTINGS.clear, 0.02 * float(np.ptp(flat, axis=0).max()))
-    pixels = np.floor((flat - flat.min(axis=0)) / pixel).astype(int)
-    area = len(np.unique(pixels[near], axis=0)) * pixel * pixel
+    pixel = max(SETTINGS.clear, 2 * spacing(points))
+    low, high = bounds(flat)
+    pixels = ((flat - low) / pixel).astype(np.int64)
+    shape = tuple(((high - low) / pixel).astype(np.int64) + 1)
+    area = np.count_nonzero(_raster(pixels[near], shape)) * pixel * pixel
     if area > SETTINGS.body_free_area:
         return side_is_known or behind < SETTINGS.behind_share_large
     if behind > SETTINGS.behind_share and not side_is_known:
         return False
-    if _outside_share(pixels, near, rest) < SETTINGS.least_outside:
-        return False
     just_before = (height > SETTINGS.near) & (height < 3 * SETTINGS.near)
-    spread_near, spread_rest = flat[near].var(axis=0).sum(), flat[rest].var(axis=0).sum() if rest.any() else 0.0
-    return bool(just_before.sum() < SETTINGS.step_share * near.sum() and spread_near > spread_rest)
+    if just_before.sum() > SETTINGS.step_share * near.sum() or _scatter(flat[near]) < _scatter(flat[rest]):
+        return False
+    shadow = np.pad(_raster(pixels[rest], shape), 2)
+    shadow = ndimage.binary_fill_holes(ndimage.binary_closing(shadow, iterations=2))[2:-2, 2:-2]
+    return float(1 - shadow[tuple(pixels[near].T)].mean()) > SETTINGS.least_outside
 
 
 def _in_plane(plane: Plane, points: np.ndarray) -> np.ndarray:
@@ -186,9 +192,13 @@ def _in_plane(plane: Plane, points: np.ndarray) -> np.ndarray:
     return np.asarray(points @ np.stack([first, np.cross(plane.normal, first)], axis=1))
 
 
-def _outside_share(pixels: np.ndarray, near: np.ndarray, rest: np.ndarray) -> float:
-    """The share of the plane's points that do not lie under the filled outline of the rest."""
-    shadow = np.zeros(pixels.max(axis=0) + 1, bool)
-    shadow[tuple(pixels[rest].T)] = True
-    shadow = ndimage.binary_fill_holes(ndimage.binary_closing(np.pad(shadow, 2), iterations=2))[2:-2, 2:-2]
-    return float(1 - shadow[tuple(pixels[near].T)].mean())
+def _raster(pixels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """The picture of the given shape, True where a pixel (n, 2) is named."""
+    picture = np.zeros(shape, bool)
+    picture[pixels[:, 0], pixels[:, 1]] = True
+    return picture
+
+
+def _scatter(flat: np.ndarray) -> float:
+    """Mean squared distance of points (n, 2) from their middle."""
+    return sum(float(column.var()) for column in flat.T) if len(flat) else 0.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 _GUESS_SAMPLE = 60_000
+_SAMPLE_PER_CELL = 8  # so many points per cube leave next to none of them empty
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,25 @@ class Cells:
         return np.stack(columns, axis=1)
 
 
+def bounds(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(d,) least and (d,) greatest coordinates of points (n, d); column by column, which is the fast way."""
+    columns = list(points.T)
+    return np.array([column.min() for column in columns]), np.array([column.max() for column in columns])
+
+
+def _longest_side(points: np.ndarray) -> float:
+    low, high = bounds(points)
+    return float((high - low).max())
+
+
 def cells_of(points: np.ndarray, size: float) -> Cells:
     """Group points (n, 3) by cubes of edge size."""
     if len(points) == 0:
         return Cells(np.zeros(0, np.int64), 0, size)
-    grid = np.floor((points - points.min(axis=0)) / size).astype(np.int64)
-    reach = grid.max(axis=0) + 1
-    keys = (grid[:, 0] * reach[1] + grid[:, 1]) * reach[2] + grid[:, 2]
+    low, high = bounds(points)
+    reach = ((high - low) / size).astype(np.int64) + 1
+    x, y, z = (((column - start) / size).astype(np.int64) for column, start in zip(points.T, low, strict=True))
+    keys = (x * reach[1] + y) * reach[2] + z
     place_bits = len(keys).bit_length()
     if int(np.prod(reach.astype(float))).bit_length() + place_bits > 62:
         _, cell = np.unique(keys, return_inverse=True)
@@ -52,18 +65,16 @@ def evenly(points: np.ndarray, at_most: int) -> Cells:
     """
     if len(points) <= at_most:
         return Cells(np.arange(len(points)), len(points), spacing(points))
-    size = _first_guess(points, at_most)
-    cells = cells_of(points, size)
+    sample = points[:: max(len(points) // (_SAMPLE_PER_CELL * at_most), 1)]
+    size = _first_guess(sample, at_most)
     for _ in range(8):
-        if cells.count <= at_most and cells.count > 0.8 * at_most:
+        count = cells_of(sample, size).count
+        if 0.82 * at_most < count < 0.98 * at_most:
             break
-        size *= float(np.clip(np.sqrt(cells.count / (0.93 * at_most)), 0.5, 2.0))
-        finer = cells_of(points, size)
-        if finer.count == cells.count and finer.count <= at_most:
-            break  # the cloud itself is this sparse, or all its points coincide
-        cells = finer
+        size *= float(np.clip(np.sqrt(count / (0.9 * at_most)), 0.5, 2.0))
+    cells = cells_of(points, size)
     while cells.count > at_most:
-        size *= 1.1
+        size *= 1.08
         cells = cells_of(points, size)
     return cells
 
@@ -71,7 +82,7 @@ def evenly(points: np.ndarray, at_most: int) -> Cells:
 def _first_guess(points: np.ndarray, at_most: int) -> float:
     """The edge that would be right for a flat sheet of the area that a coarse look shows."""
     sample = points[:: max(len(points) // _GUESS_SAMPLE, 1)]
-    coarse = max(float(np.ptp(sample, axis=0).max()) / 60, 1e-9)
+    coarse = max(_longest_side(sample) / 60, 1e-9)
     return coarse * float(np.sqrt(cells_of(sample, coarse).count / at_most)) * 0.9
 
 
@@ -79,6 +90,6 @@ def spacing(points: np.ndarray) -> float:
     """About how far apart neighbouring points are, taken from the area that they cover."""
     if len(points) < 2:
         return 0.0
-    coarse = max(float(np.ptp(points, axis=0).max()) / 40, 1e-9)
+    coarse = max(_longest_side(points) / 40, 1e-9)
     covered = cells_of(points, coarse).count * coarse * coarse
     return float(np.sqrt(covered / len(points)))
