@@ -7,6 +7,7 @@ from pathlib import Path
 
 from references.make.basis import build_basis
 from references.make.body import Workshop
+from references.make.demos import write_demos
 from references.make.wheel import REPOSITORY
 from references.make.write import write_basis, write_bodies, write_manifest, write_topology
 
@@ -19,6 +20,8 @@ def main() -> None:
     workshop = Workshop()
     print("bodies")
     write_bodies(workshop, out)
+    print("demo scans")
+    write_demos(workshop, out)
     print("basis, a few minutes")
     shared = {"topology.npz": write_topology(workshop, out), "basis.npz": write_basis(build_basis(workshop), out)}
     write_manifest(shared, out)

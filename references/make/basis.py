@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from lubdub.geometry.surface import vertex_normals
 from references.make.anatomy import Marks, place_areas
 from references.make.body import Body, Workshop
 from references.make.fields import along_body, bump, front_share, signs_fixed, slide_on_skin, smooth_modes, smoothstep
+from references.make.makehuman import MODELLED
 from references.make.phenotype import Phenotype, Sex, draw_phenotype, median_stature
 from references.make.posture import Lying
 
@@ -21,7 +22,8 @@ class BasisSettings:
     seed: int = 2026
     bodies: int = 800
     children_share: float = 0.4
-    build_modes: int = 54
+    modifier_reach: float = 0.5
+    build_modes: int = 56
     smooth_shapes: int = 17
     """Times three directions."""
     smooth_mm: float = 6.0
@@ -85,12 +87,13 @@ def draw_bodies(workshop: Workshop, settings: BasisSettings) -> list[Body]:
         sex: Sex = "female" if place % 2 else "male"
         lying = Lying(
             back_pressed=random.uniform(0.06, 0.18),
-            belly_sinks=random.uniform(0.03, 0.16),
-            breast_flattens=random.uniform(0.3, 0.7),
+            belly_sinks=random.uniform(0.0, 0.12),
+            breast_flattens=random.uniform(0.35, 0.8),
             breast_slides_up=random.uniform(0.05, 0.5),
             breast_slides_out=random.uniform(0.05, 0.5),
         )
-        bodies.append(workshop.body(draw_phenotype(random, age, sex), lying))
+        trunk = {name: random.uniform(-1, 1) * settings.modifier_reach for name in MODELLED}
+        bodies.append(workshop.body(replace(draw_phenotype(random, age, sex), modifiers=trunk), lying))
     return bodies
 
 

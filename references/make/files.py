@@ -37,8 +37,8 @@ def write(path: Path, content: bytes) -> str:
 
 
 def write_json(path: Path, value: Mapping[str, Any]) -> str:
-    """Writes readable JSON with sorted keys and returns its SHA-256."""
-    text = json.dumps(value, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
+    """Writes readable JSON, keys in the order given, and returns its SHA-256."""
+    text = json.dumps(value, indent=2, ensure_ascii=False) + "\n"
     return write(path, text.encode())
 
 

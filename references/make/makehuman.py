@@ -176,12 +176,15 @@ def modifier_target(name: str, value: float) -> str:
 
 
 UP_AND_DOWN = {"breast-trans", "breast-volume-vert", "stomach-navel", "hip-waist"}
-MODIFIERS = (
+MODELLED = ("torso/measure-waist-circ", "torso/torso-scale-depth", "torso/torso-scale-horiz")
+"""Local modifiers that the basis knows: bellies and barrel chests go beyond MakeHuman's weight."""
+
+UNSEEN = (
     *(f"torso/measure-{part}" for part in ("bust-circ", "frontchest-dist", "hips-circ", "napetowaist-dist")),
-    *(f"torso/measure-{part}" for part in ("shoulder-dist", "underbust-circ", "waist-circ", "waisttohip-dist")),
-    *(f"torso/torso-{part}" for part in ("muscle-dorsi", "muscle-pectoral", "scale-depth", "scale-horiz")),
-    *("torso/torso-scale-vert", "torso/torso-vshape", "stomach/stomach-tone", "stomach/stomach-navel"),
-    *("pelvis/bulge", "pelvis/pelvis-tone", "hip/hip-scale-depth", "hip/hip-scale-horiz", "hip/hip-scale-vert"),
-    *("hip/hip-waist", "breast/breast-dist", "breast/breast-point", "breast/breast-trans", "breast/breast-volume-vert"),
+    *(f"torso/measure-{part}" for part in ("shoulder-dist", "underbust-circ", "waisttohip-dist")),
+    *(f"torso/torso-{part}" for part in ("muscle-dorsi", "muscle-pectoral", "scale-vert", "vshape")),
+    *("stomach/stomach-tone", "stomach/stomach-navel", "pelvis/bulge", "pelvis/pelvis-tone"),
+    *("hip/hip-scale-depth", "hip/hip-scale-horiz", "hip/hip-scale-vert", "hip/hip-waist"),
+    *("breast/breast-dist", "breast/breast-point", "breast/breast-trans", "breast/breast-volume-vert"),
 )
-"""Local modifiers that no reference body uses: they make demo scans and test bodies differ from the model."""
+"""Local modifiers that no reference and no basis body has: with them simulated people differ from the model."""

@@ -28,7 +28,7 @@ def median_stature(age_years: float, sex: Sex) -> float:
 
 @dataclass(frozen=True)
 class Phenotype:
-    """A recipe for one body. muscle to firmness run from 0 (least) to 1 (most), 0.5 is average.
+    """A recipe for one body. muscle to firmness run from 0 (least) to 1 (most), 0.5 is average; weight goes on to 1.3.
 
     arms_deg: how far (left, right) arm is lowered from MakeHuman's half-raised pose: 35 lies a little out.
     """
@@ -75,7 +75,7 @@ def draw_phenotype(random: np.random.Generator, age_years: float, sex: Sex) -> P
         sex=sex,
         stature_mm=median_stature(age_years, sex) * tall,
         muscle=random.uniform(0.15, 0.85),
-        weight=random.uniform(0.05, 1.0),
+        weight=random.uniform(0.05, 1.25),
         height=float(np.clip(0.45 + 2.0 * (tall - 1.0), 0.3, 0.65)),
         proportions=random.uniform(0.1, 0.9),
         cup=random.uniform(0.0, 1.0) if grown else 0.5,

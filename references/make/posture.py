@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
+from scipy.sparse import csr_matrix
 
+from lubdub.geometry.surface import edges_of
 from references.make.makehuman import MakeHuman
 from references.make.phenotype import Phenotype
 from references.make.torso import Torso, joint
@@ -24,14 +26,17 @@ class Lying:
     back_softness_mm: float = 7.0
     back_pressed: float = 0.13
     """Share of the trunk's depth by which the bed flattens the shoulder blades and buttocks."""
-    belly_sinks: float = 0.10
+    belly_sinks: float = 0.05
     """Share of its depth that a belly of average weight loses; twice that in the heaviest."""
-    breast_flattens: float = 0.50
+    breast_flattens: float = 0.68
     breast_droop_lost: float = 0.8
     """Share of the standing breast's hanging that is gone."""
     breast_slides_up: float = 0.30
     breast_slides_out: float = 0.25
-    """Nipple's way along the chest, in thicknesses of the breast; firm breasts half as far."""
+    """Nipple's way along the chest, in thicknesses of the breast; firm breasts two thirds as far."""
+    elbow_above_bed_mm: float = 45.0
+    wrist_above_bed_mm: float = 32.0
+    """Middle of the joint in a person of 1,750 mm."""
     girdle_share: float = 0.25
     """Share of the arm's turn that collar bone and shoulder blade follow."""
 
@@ -42,6 +47,7 @@ def lie_down(makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Ly
     vertices = _lower_arms(makehuman.shape(phenotype), makehuman, torso, phenotype, lying)
     if phenotype.sex == "female" and phenotype.age_years >= 10:
         vertices = _relax_breasts(vertices, makehuman, torso, phenotype, lying)
+    vertices = _rest_arms(vertices, torso, phenotype, lying)
     vertices = _sink_belly(vertices, makehuman, torso, phenotype, lying)
     return _press_back(vertices, torso, lying)
 
@@ -73,11 +79,32 @@ def _lower_arms(
     return moved
 
 
+def _rest_arms(vertices: np.ndarray, torso: Torso, phenotype: Phenotype, lying: Lying) -> np.ndarray:
+    """MakeHuman carries its forearms in front; on a bed they rest on it. The arms run along the body by now."""
+    size = phenotype.stature_mm / 1750.0
+    bed = _bed_plane(vertices, torso, lying)
+    moved = vertices.copy()
+    for side in "LR":
+        arm, forearm, hand = torso.arm_weights[side], torso.forearm_weights[side], torso.hand_weights[side]
+        shoulder = vertices[(arm > 0.3) & (arm < 0.7)].mean(0)
+        elbow = vertices[(forearm > 0.3) & (forearm < 0.7)].mean(0)
+        wrist = vertices[(hand > 0.3) & (hand < 0.7)].mean(0)
+        falls = (
+            0.0,
+            max(0.0, elbow[2] - bed - size * lying.elbow_above_bed_mm),
+            max(0.0, wrist[2] - bed - size * lying.wrist_above_bed_mm),
+        )
+        levels = (wrist[1], elbow[1], shoulder[1])
+        moved[:, 2] -= arm * np.interp(vertices[:, 1], levels, falls[::-1])
+    return moved
+
+
 def _relax_breasts(
     vertices: np.ndarray, makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying
 ) -> np.ndarray:
     """Flattens the breasts and slides them up and outwards over the chest, as gravity does."""
-    bare = Phenotype(**{**vars(phenotype), "cup": FLAT_CUP, "firmness": FLAT_FIRMNESS, "modifiers": {}})
+    kept = {name: value for name, value in phenotype.modifiers.items() if not name.startswith("breast/")}
+    bare = replace(phenotype, cup=FLAT_CUP, firmness=FLAT_FIRMNESS, modifiers=kept)
     flat = _lower_arms(makehuman.shape(bare), makehuman, torso, bare, lying)
     flat = flat + _mean_offset(vertices - flat, torso)
     breast = vertices - flat
@@ -85,7 +112,21 @@ def _relax_breasts(
     height = _front_height(flat, torso)
     for nipple, side in ((NIPPLE_LEFT, 1.0), (NIPPLE_RIGHT, -1.0)):
         moved += _slide_breast(vertices, flat, breast, nipple, side, height, phenotype, lying)
-    return moved
+    size = np.linalg.norm(breast, axis=1)
+    return _softened(moved, makehuman, np.clip(size / max(size[NIPPLE_LEFT], 25.0), 0, 1))
+
+
+def _softened(vertices: np.ndarray, makehuman: MakeHuman, share: np.ndarray) -> np.ndarray:
+    """Creases left where a breast hung or was moved are ironed by Laplacian smoothing, most where share is 1."""
+    edges = edges_of(makehuman.base.triangles)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    count = len(vertices)
+    graph = csr_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(count, count))
+    neighbours = np.maximum(np.asarray(graph.sum(axis=1)).ravel(), 1.0)[:, None]
+    skin = (np.arange(count) < makehuman.base.skin_count) * 0.6 * share
+    for _ in range(6):
+        vertices = vertices + skin[:, None] * (graph @ vertices / neighbours - vertices)
+    return vertices
 
 
 def _mean_offset(difference: np.ndarray, torso: Torso) -> np.ndarray:
@@ -111,7 +152,7 @@ def _slide_breast(
     lying: Lying,
 ) -> np.ndarray:
     thickness = max(0.0, float(breast[nipple, 2]))
-    loose = 1.0 - 0.5 * phenotype.firmness
+    loose = 1.0 - 0.35 * phenotype.firmness
     reach = 70.0 * phenotype.stature_mm / 1635.0 + 0.5 * thickness
     near = np.exp(-0.5 * (((flat[:, :2] - flat[nipple, :2]) ** 2).sum(1)) / reach**2)
     own = (flat[:, 0] * side > 0) * np.clip(np.abs(flat[:, 0]) / 25.0, 0, 1)
@@ -141,10 +182,14 @@ def _sink_belly(
 
 def _press_back(vertices: np.ndarray, torso: Torso, lying: Lying) -> np.ndarray:
     """A soft bed: everything behind its plane is pressed to it, smoothly."""
-    trunk = vertices[torso.indices[torso.trunk > 0.5]]
-    depth = np.ptp(trunk[:, 2])
-    bed = trunk[:, 2].min() + lying.back_pressed * depth
+    depth = np.ptp(vertices[torso.indices[torso.trunk > 0.5], 2])
+    bed = _bed_plane(vertices, torso, lying)
     softness = lying.back_softness_mm * depth / 240.0
     moved = vertices.copy()
     moved[:, 2] = bed + softness * np.logaddexp(0.0, (vertices[:, 2] - bed) / softness)
     return moved
+
+
+def _bed_plane(vertices: np.ndarray, torso: Torso, lying: Lying) -> float:
+    trunk = vertices[torso.indices[torso.trunk > 0.5]]
+    return float(trunk[:, 2].min() + lying.back_pressed * np.ptp(trunk[:, 2]))

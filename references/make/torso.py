@@ -21,7 +21,8 @@ ARM_KEPT = 0.65
 class Torso:
     """The shared topology. indices: (n,) into the base mesh; triangles: (m, 3) into indices.
 
-    data_weight: (n,) 1 on the trunk, 0 on arms and shoulders; arm_weights, girdle_weights: side -> (19158,).
+    trunk: (n,) 1 on the trunk, 0 on arms and shoulders; the weights are side -> (19158,), the shares by which
+    the arm, the shoulder girdle, the forearm and the hand move each vertex.
     """
 
     indices: np.ndarray
@@ -29,6 +30,8 @@ class Torso:
     trunk: np.ndarray
     arm_weights: dict[str, np.ndarray]
     girdle_weights: dict[str, np.ndarray]
+    forearm_weights: dict[str, np.ndarray]
+    hand_weights: dict[str, np.ndarray]
 
 
 def cut_torso(makehuman: MakeHuman) -> Torso:
@@ -36,13 +39,14 @@ def cut_torso(makehuman: MakeHuman) -> Torso:
     base = makehuman.base
     arms = {side: makehuman.skin_weight(f"upperarm01.{side}") for side in "LR"}
     girdles = {side: makehuman.bone_weight(f"shoulder01.{side}", f"clavicle.{side}") for side in "LR"}
-    forearms = makehuman.skin_weight("lowerarm01.L", "lowerarm01.R")
-    keep = _kept(base, arms, forearms)
+    forearms = {side: makehuman.skin_weight(f"lowerarm01.{side}") for side in "LR"}
+    hands = {side: makehuman.skin_weight(f"wrist.{side}") for side in "LR"}
+    keep = _kept(base, arms, forearms["L"] + forearms["R"])
     triangles = base.triangles[keep[base.triangles].all(axis=1)]
     indices, local = np.unique(_largest_piece(triangles), return_inverse=True)
     limbs = sum(arms.values()) + sum(girdles.values())
     trunk = 1.0 - np.clip(limbs[indices], 0.0, 1.0)
-    return Torso(indices, local.reshape(-1, 3), trunk, arms, girdles)
+    return Torso(indices, local.reshape(-1, 3), trunk, arms, girdles, forearms, hands)
 
 
 def joint(vertices: np.ndarray, base: BaseMesh, name: str) -> np.ndarray:

@@ -1,0 +1,118 @@
+"""Simulated people to measure against: not in the references, bones drawn under the skin with human spread.
+
+A subject differs from the model in four ways: local modifiers no basis body has, a smooth deformation, nipples
+and navel slid over the chest, and bones and areas that follow the anatomy table only up to its spread.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from references.make.anatomy import area_offsets, drop_on_skin
+from references.make.body import Workshop
+from references.make.fields import bump, front_share, random_smooth_field, slide_on_skin
+from references.make.makehuman import UNSEEN
+from references.make.phenotype import Phenotype
+
+
+@dataclass(frozen=True)
+class Spread:
+    """One standard deviation each, in sternum lengths S unless said; derived from the literature, see README."""
+
+    sternum_share: float = 0.08
+    bone_level: float = 0.04
+    area_level: tuple[float, ...] = (0.03, 0.03, 0.04, 0.08)
+    area_across: tuple[float, ...] = (0.03, 0.03, 0.03, 0.06)
+    nipple_up: float = 0.10
+    nipple_out: float = 0.06
+    navel: float = 0.12
+    modifiers: int = 7
+    modifier_reach: float = 0.5
+    smooth_mm: tuple[float, float] = (3.0, 7.0)
+    """Smallest and largest root mean square of the smooth deformation, for an adult."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """whole: (19158, 3) mm; landmarks: (5, 3); areas: (4, 3): the truth, on the skin, notch at the origin."""
+
+    phenotype: Phenotype
+    whole: np.ndarray
+    landmarks: np.ndarray
+    areas: np.ndarray
+    sternum_mm: float
+
+
+def draw_modifiers(random: np.random.Generator, phenotype: Phenotype, spread: Spread) -> dict[str, float]:
+    """A few local modifiers; those of the breast only in women."""
+    grown = phenotype.sex == "female" and phenotype.age_years >= 14
+    allowed = [name for name in UNSEEN if grown or not name.startswith("breast")]
+    chosen = random.choice(len(allowed), spread.modifiers, replace=False)
+    return {allowed[place]: float(random.uniform(-1, 1) * spread.modifier_reach) for place in sorted(chosen)}
+
+
+def draw_subject(
+    workshop: Workshop, random: np.random.Generator, phenotype: Phenotype, spread: Spread | None = None
+) -> Subject:
+    """A person of this phenotype with modifiers, deformation and bones of their own."""
+    spread = spread or Spread()
+    phenotype = replace(phenotype, modifiers=draw_modifiers(random, phenotype, spread))
+    body = workshop.body(phenotype)
+    size = min(1.0, body.sternum_mm / 150.0)
+    vertices = body.vertices
+    amplitude = random.uniform(*spread.smooth_mm) * size
+    whole = body.whole + random_smooth_field(random, body.whole, vertices, 120.0 * size, amplitude)
+    whole = _slide_soft_parts(workshop, random, whole, body.landmarks.positions, body.sternum_mm, spread)
+    return _with_bones(workshop, random, _draw_bones(random, body.sternum_mm, spread), whole, phenotype, spread)
+
+
+def _draw_bones(random: np.random.Generator, expected: float, spread: Spread) -> tuple[float, float]:
+    """(height of the notch against where the rig has it, true S), both mm."""
+    level = spread.bone_level * expected * random.normal()
+    return level, expected * (1 + spread.sternum_share * random.normal())
+
+
+def _slide_soft_parts(
+    workshop: Workshop,
+    random: np.random.Generator,
+    whole: np.ndarray,
+    landmarks: np.ndarray,
+    sternum: float,
+    spread: Spread,
+) -> np.ndarray:
+    """Nipples with their breasts, and the navel, move over trunk and belly on their own."""
+    indices, triangles, trunk = workshop.torso.indices, workshop.torso.triangles, workshop.torso.trunk
+    vertices = whole[indices]
+    front = front_share(vertices, triangles) * trunk
+    up, out, navel = random.normal(size=3) * [spread.nipple_up, spread.nipple_out, spread.navel] * sternum
+    shift = np.outer(bump(vertices, landmarks[2], 0.4 * sternum), [0.0, navel])
+    for place, side in ((3, 1.0), (4, -1.0)):
+        shift += np.outer(bump(vertices, landmarks[place], 0.3 * sternum), [side * out, up])
+    moved = whole.copy()
+    moved[indices] += slide_on_skin(vertices, shift, front, 0.4 * sternum)
+    return moved
+
+
+def _with_bones(
+    workshop: Workshop,
+    random: np.random.Generator,
+    bones: tuple[float, float],
+    whole: np.ndarray,
+    phenotype: Phenotype,
+    spread: Spread,
+) -> Subject:
+    level, sternum = bones
+    vertices, trunk = whole[workshop.torso.indices], workshop.trunk_triangles
+    midline = 0.5 * (vertices[workshop.navel_and_nipples[1], 0] + vertices[workshop.navel_and_nipples[2], 0])
+    notch = np.array([midline, level])
+    noise = random.normal(size=(4, 2)) * np.column_stack([spread.area_across, spread.area_level])
+    offsets = (area_offsets(phenotype.age_years) + noise) * sternum
+    offsets[:2, 0] = [-abs(offsets[0, 0]), abs(offsets[1, 0])]
+    places = np.concatenate([[notch, notch - [0.0, sternum]], notch + offsets])
+    marks = drop_on_skin(places, vertices, trunk).positions
+    soft = vertices[workshop.navel_and_nipples]
+    origin = marks[0]
+    landmarks = np.concatenate([marks[:2], soft]) - origin
+    return Subject(phenotype, whole - origin, landmarks, marks[2:] - origin, sternum)
