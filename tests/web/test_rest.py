@@ -173,7 +173,7 @@ def test_events_are_told_in_order_and_go_on_where_they_stopped(portal: Portal) -
 
 def test_nothing_plain_is_stored_and_nothing_private_is_logged(service: Service, portal: Portal) -> None:
     secret = b"NAKED-SKIN-" + os.urandom(16).hex().encode()
-    scan = b"quick\n" + secret * 70_000
+    scan = b"quick\n" + secret * 50_000
     case = portal.open_case(external_id="Emma Example")
     portal.send(case, scan)
     portal.wait(case, "awaiting_landmarks")

@@ -64,7 +64,7 @@ class BodyLimit:
 
 
 def _too_large(allowed: int) -> Problem:
-    return Problem("too-large", f"At most {allowed // MEGABYTE} MB are taken in here.", {"Connection": "close"})
+    return Problem("too-large", f"At most {allowed // MEGABYTE} MB are taken in here.")
 
 
 class RateLimit:
