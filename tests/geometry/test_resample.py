@@ -59,7 +59,7 @@ def test_the_rim_of_an_open_tube_is_its_two_ends(body: Surface) -> None:
 
 def test_spread_points_lie_dense_on_the_skin_and_know_the_rim(body: Surface) -> None:
     points, on_rim = spread_points(body, 6.0)
-    everywhere = subdivided(body, 3.0).vertices
+    everywhere = subdivided(body, 9.0).vertices
     assert cKDTree(points).query(everywhere)[0].max() < 6.0
     ends = np.abs(points[:, 1] - points[:, 1].min()) < 1e-6
     ends |= np.abs(points[:, 1] - points[:, 1].max()) < 1e-6

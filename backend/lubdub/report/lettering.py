@@ -102,7 +102,7 @@ class Page:
                     y += self._px(size * 1.45)
                 y += self._px(8)
             y += self._px(20)
-        self._pen.rectangle((panel.x, top, panel.x + self._px(5), y - self._px(28)), fill=accent)
+        self._pen.rectangle((panel.x, top, panel.x + self._px(5), max(top, y - self._px(28))), fill=accent)
 
     @staticmethod
     def letter(image: Image.Image, style: AreaStyle, at: np.ndarray, radius: float) -> None:
