@@ -53,6 +53,11 @@ class Database:
         with Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
 
+    def ask(self) -> None:
+        """Ask the database anything. Raises sqlalchemy.exc.OperationalError when it does not answer."""
+        with self.engine.connect() as connection:
+            connection.execute(sa.select(1))
+
     def lock_audit(self, session: Session) -> None:
         """Hold the end of the audit chain until this transaction is over. SQLite's writer holds it already."""
         if not self.is_sqlite:

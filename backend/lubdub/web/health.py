@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable
 from datetime import timedelta
 
-import sqlalchemy as sa
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
 
@@ -31,7 +30,7 @@ def alive() -> dict[str, str]:
 def ready(services: ServicesDep) -> JSONResponse:
     """Database, store (write, read, delete), key and a living worker; and which solver the worker has."""
     checks = {
-        "database": _works(lambda: _ask_database(services)),
+        "database": _works(services.database.ask),
         "store": _works(services.files.probe),
         "worker": _works(lambda: _worker_lives(services)),
     }
@@ -51,11 +50,6 @@ def _works(check: Callable[[], object]) -> bool:
         log.warning("not ready: %s", type(error).__name__)
         return False
     return True
-
-
-def _ask_database(services: Services) -> None:
-    with services.database.reading() as session:
-        session.execute(sa.select(1))
 
 
 def _worker_lives(services: Services) -> None:
