@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from lubdub.geometry.frames import Similarity
-from lubdub.geometry.neighbours import SurfaceFinder
-from lubdub.geometry.surface import unit
 from lubdub.results import (
     Area,
     CleanScan,
@@ -56,11 +55,12 @@ def examination() -> Examination:
 def outcome() -> Outcome:
     """A finished, good result."""
     scan = clean_scan()
-    finder = SurfaceFinder(scan.display)
+    _, nearest = cKDTree(scan.display.vertices).query(list(BODY.areas.values()))
     areas = {}
-    for name, place in BODY.areas.items():
-        position, normal = finder.nearest(place)
-        areas[name] = Area(position, unit(normal), 9.0 if name != "mitral" else 14.0, f"Where {name} is heard.")
+    for (name, place), vertex in zip(BODY.areas.items(), nearest, strict=True):
+        areas[name] = Area(
+            place, scan.display.normals[vertex], 9.0 if name != "mitral" else 14.0, f"Where {name} is heard."
+        )
     return Outcome(
         verdict="show",
         reasons=(),

@@ -85,5 +85,5 @@ def has_finite_numbers(frame: bytes) -> bool:
 def _decoded(frame: bytes) -> Any:
     try:
         return msgspec.msgpack.decode(frame)
-    except (msgspec.DecodeError, RecursionError):
+    except (msgspec.MsgspecError, ValueError, RecursionError):
         return None

@@ -22,9 +22,11 @@ SKIN = (196, 181, 168)
 """One warm grey-brown for everybody: plaster, not skin."""
 PAPER = (251, 248, 243)
 SPOKES = 48
+SMOOTHED = 3
+"""Neighbours on each side over which a circle's height is averaged: a scan's noise must not fray the ring."""
 DROP_MM = 60.0
 """From how far outside things are dropped onto the skin: above any bulge within a chestpiece's reach."""
-LIFT_MM = 1.2
+LIFT_MM = 1.6
 """How far things laid on the skin stand off it, so that they do not flicker through."""
 PLATE_LIFT_MM = 8.0
 """The plates are flat and wide: they stand off a curved flank."""
@@ -123,7 +125,7 @@ def show_landmarks(
         )
         colours = (stickers.TEAL, stickers.WHITE) if sure else (stickers.WHITE, stickers.TEAL)
         picture = stickers.badge("circle", str(numbers[name]), *colours)
-        place = landmark.position + np.array([0.0, 1.25 * size_mm, 0.5 * size_mm])
+        place = landmark.position + np.array([0.0, 1.2 * size_mm, 1.5 * size_mm])
         _lay(scene, f"/pins/{name}", picture, place, np.array([0.0, 0.0, 1.0]), size_mm * 1.4, lift=0.0)
     return balls
 
@@ -172,7 +174,7 @@ def show_area(scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area
             color=colour,
         )
     picture = stickers.badge(style.shape, style.letter, style.colour, style.ink)
-    _lay(scene, f"/areas/{name}/letter", picture, area.position, normal, 0.46 * chestpiece, lift=3.5)
+    _lay(scene, f"/areas/{name}/letter", picture, area.position, normal, 0.5 * chestpiece, lift=3.5)
 
 
 def draped_circle(skin: SkinCaster, centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
@@ -180,7 +182,9 @@ def draped_circle(skin: SkinCaster, centre: np.ndarray, normal: np.ndarray, radi
     right, up = _tangents(normal)
     angles = np.linspace(0.0, 2 * np.pi, SPOKES, endpoint=False)
     flat = centre + radius * (np.cos(angles)[:, None] * right + np.sin(angles)[:, None] * up)
-    return _dropped(skin, flat, normal)
+    heights = (_dropped(skin, flat, normal) - flat) @ normal
+    smooth = np.mean([np.roll(heights, shift) for shift in range(-SMOOTHED, SMOOTHED + 1)], axis=0)
+    return flat + smooth[:, None] * normal
 
 
 def draped_disc(

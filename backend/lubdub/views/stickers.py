@@ -53,7 +53,7 @@ LETTER_CENTRE: dict[Shape, tuple[float, float]] = {
     "triangle": (0.5, 0.62),
     "diamond": (0.5, 0.5),
 }
-LETTER_SIZE: dict[Shape, float] = {"circle": 0.6, "square": 0.64, "triangle": 0.46, "diamond": 0.48}
+LETTER_SIZE: dict[Shape, float] = {"circle": 0.6, "square": 0.64, "triangle": 0.5, "diamond": 0.52}
 
 
 def badge(shape: Shape, text: str, colour: Colour, ink: Colour) -> np.ndarray:
