@@ -153,6 +153,19 @@ def solve(payload: bytes, progress: Progress) -> bytes:
     return json.dumps([float(dense.sum()), float(sparse.max())]).encode()
 
 
-def terminate_self(payload: bytes, progress: Progress) -> bytes:
-    os.kill(os.getpid(), signal.SIGKILL)
+def abort(payload: bytes, progress: Progress) -> bytes:
+    os.abort()
+
+
+def kill_the_parent(payload: bytes, progress: Progress) -> bytes:
+    os.kill(os.getppid(), signal.SIGTERM)
     return b""
+
+
+def start_a_program(payload: bytes, progress: Progress) -> bytes:
+    os.execv("/bin/true", ["true"])
+
+
+def make_a_socket(payload: bytes, progress: Progress) -> bytes:
+    with socket.socket(socket.AF_UNIX):
+        return b"made"

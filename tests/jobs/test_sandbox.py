@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from lubdub.jobs import frames
+from lubdub.jobs import frames, syscalls
 from lubdub.jobs.sandbox import ChildResult, Limits, Task, network_isolated, run_in_child
 from tests.jobs import sandbox_tasks as tasks
 
@@ -89,7 +89,7 @@ def test_an_unforeseen_fault_goes_to_the_log_and_not_to_the_person(
     assert "Traceback" in caplog.text
 
 
-@pytest.mark.parametrize("task", [tasks.crash, tasks.vanish, tasks.terminate_self])
+@pytest.mark.parametrize("task", [tasks.crash, tasks.vanish, tasks.abort])
 def test_a_child_that_dies_without_an_answer_has_crashed(task: Task) -> None:
     assert run(task).status == "crashed"
 
@@ -157,6 +157,16 @@ def test_the_child_cannot_reach_a_server_of_this_machine() -> None:
 
 def test_the_child_has_no_powers_over_identities() -> None:
     assert run(tasks.become_root).status == "error"
+
+
+@pytest.mark.parametrize("task", [tasks.make_a_socket, tasks.start_a_program, tasks.kill_the_parent])
+def test_calls_that_no_reader_needs_are_refused(task: Task, caplog: pytest.LogCaptureFixture) -> None:
+    assert run(task).status == "error"
+    assert "PermissionError" in caplog.text
+
+
+def test_the_lists_of_call_numbers_are_as_long_as_the_list_of_names() -> None:
+    assert {len(one.numbers) for one in syscalls.ARCHITECTURES.values()} == {len(syscalls.NAMES)}
 
 
 def test_the_child_holds_nothing_of_its_parent_open(tmp_path: Path) -> None:

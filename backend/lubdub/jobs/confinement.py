@@ -13,6 +13,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from lubdub.jobs.syscalls import refuse_calls
+
 # linux/prctl.h, linux/sched.h and linux/capability.h; Python 3.11 has no names for them.
 PR_SET_PDEATHSIG = 1
 PR_SET_DUMPABLE = 4
@@ -53,6 +55,7 @@ def confine(limits: Limits, folder: Path, parent: int) -> None:
         _drop_capabilities()
         _prctl(PR_SET_NO_NEW_PRIVS, 1)
         _prctl(PR_SET_DUMPABLE, 0)
+        refuse_calls()
         # Last, because the kernel forgets it when credentials change.
         _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:
@@ -81,7 +84,9 @@ def network_isolated() -> bool:
         return False
     child = os.fork()
     if child == 0:
-        os._exit(0 if leave_network() else 1)
+        isolated = leave_network()
+        _prctl(PR_SET_NO_NEW_PRIVS, 1)
+        os._exit(0 if refuse_calls() or isolated else 1)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
 
