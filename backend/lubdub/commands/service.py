@@ -1,4 +1,4 @@
-"""`lubdub serve`, `web`, `view`, `worker` and `openapi`: the service, whole or in its roles."""
+"""`lubdub serve`, `web`, `worker` and `openapi`: the service, whole or in its roles."""
 
 from __future__ import annotations
 
