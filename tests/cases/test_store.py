@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from lubdub.cases.audit import first_broken_line
 from lubdub.cases.database import Database
-from lubdub.cases.errors import CaseNotFound, IdempotencyMismatch, StateConflict
+from lubdub.cases.errors import CaseNotFound, FileNotFound, IdempotencyMismatch, StateConflict
 from lubdub.cases.models import AuditRow, IdempotencyRow
 from lubdub.cases.screening import STOP_REASONS
 from lubdub.cases.store import Asked, Repeatable
@@ -158,6 +158,39 @@ def test_a_new_scan_drops_all_that_came_from_the_old_one(room: Room) -> None:
     assert room.vault.read(case.id, "scan") == b"new skin"
     objects = [path for path in (room.folder / "files" / case.id).rglob("*") if path.is_file()]
     assert len(objects) == 1
+
+
+def test_a_new_run_or_check_drops_the_result_of_the_old_one_at_once(room: Room) -> None:
+    actor = room.portal()
+    case = with_scan(room, actor)
+    _, first = room.store.place_landmarks(actor, case.id, Asked({}))
+    room.desk.hand_in(first, DONE)
+    room.vault.put(case.id, "view.html", b"old view")
+    _, second = room.store.place_landmarks(actor, case.id, Asked({}))
+    for artefact in ("result.json", "outcome.npz", "view.html"):
+        with pytest.raises(FileNotFound):
+            room.vault.read(case.id, artefact)
+    room.desk.hand_in(second, Handed("refused", reason={"code": "x", "message": "y", "advice": "z"}))
+    room.store.check_again(actor, case.id, "cm")
+    with pytest.raises(FileNotFound):
+        room.vault.read(case.id, "examination.npz")
+    assert room.vault.read(case.id, "scan") == b"skin"
+
+
+def test_what_was_derived_from_a_replaced_file_is_not_kept(room: Room) -> None:
+    actor = room.portal()
+    case = with_scan(room, actor)
+
+    def draw(source: bytes) -> bytes:
+        room.vault.put(case.id, "outcome.npz", b"newer")
+        return b"view of " + source
+
+    room.vault.put(case.id, "outcome.npz", b"older")
+    assert room.vault.derive(case.id, "view.html", "outcome.npz", draw) == b"view of older"
+    with pytest.raises(FileNotFound):
+        room.vault.read(case.id, "view.html")
+    assert room.vault.derive(case.id, "view.html", "outcome.npz", bytes.upper) == b"NEWER"
+    assert room.vault.read(case.id, "view.html") == b"NEWER"
 
 
 def test_waiting_jobs_are_found_again_after_a_crash(room: Room) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -19,9 +19,16 @@ from lubdub.cases.errors import FileNotFound, SealBroken
 from lubdub.cases.models import CaseKeyRow, FileRow
 from lubdub.cases.sealing import KEY_BYTES, FrameSealer, load_master_key, open_frames, unwrap_key, wrap_key
 
-Artefact = Literal["scan", "examination.npz", "examination.json", "scan.ply", "outcome.npz", "result.json", "view.html", "marks.json"]
+Artefact = Literal[
+    "scan", "examination.npz", "examination.json", "scan.ply", "outcome.npz", "result.json", "view.html", "marks.json"
+]
 PART = 5 << 20
 """Bytes held back by the writer: the smallest part an S3 upload may have."""
+
+
+OF_SCAN: tuple[Artefact, ...] = ("scan",)
+OF_CHECK: tuple[Artefact, ...] = ("examination.npz", "examination.json", "scan.ply", "marks.json")
+"""What stays when landmarks are placed anew; `marks.json` holds the points as they are being placed."""
 
 
 @dataclass(frozen=True)
@@ -65,13 +72,33 @@ class FileVault:
             replaced = attach(session, case_id, {artefact: sealed})
         self.discard(case_id, replaced)
 
+    def derive(self, case_id: str, artefact: Artefact, source: Artefact, make: Callable[[bytes], bytes]) -> bytes:
+        """Make an artefact out of another one and keep it, unless the other was replaced meanwhile.
+
+        Raises FileNotFound when there is no source.
+        """
+        object_key = self._object_key(case_id, source)
+        made = make(b"".join(self._stream(case_id, source, object_key)))
+        sealed = self.seal(case_id, artefact, made)
+        with self._database.writing() as session:
+            row = session.get(FileRow, (case_id, source), with_for_update=True)
+            is_current = row is not None and row.object_key == object_key
+            left_over = attach(session, case_id, {artefact: sealed}) if is_current else [sealed.object_key]
+        self.discard(case_id, left_over)
+        return made
+
     def stream(self, case_id: str, artefact: Artefact) -> Iterator[bytes]:
         """The artefact's bytes, a frame at a time. Raises FileNotFound at once, SealBroken while reading."""
+        return self._stream(case_id, artefact, self._object_key(case_id, artefact))
+
+    def _object_key(self, case_id: str, artefact: Artefact) -> str:
         with self._database.reading() as session:
             row = session.get(FileRow, (case_id, artefact))
-            object_key = None if row is None else row.object_key
-        if object_key is None:
-            raise FileNotFound(f"the case has no {artefact}")
+            if row is None:
+                raise FileNotFound(f"the case has no {artefact}")
+            return row.object_key
+
+    def _stream(self, case_id: str, artefact: Artefact, object_key: str) -> Iterator[bytes]:
         data_key = self._data_key(case_id)
         try:
             found = obstore.get(self._store, _place(case_id, object_key))
@@ -183,10 +210,11 @@ def attach(session: Session, case_id: str, files: Mapping[Artefact, Sealed]) -> 
     return replaced
 
 
-def detach_all(session: Session, case_id: str) -> list[str]:
-    """Forget every artefact of the case inside the caller's transaction; returns their objects."""
-    object_keys = list(session.scalars(sa.select(FileRow.object_key).where(FileRow.case_id == case_id)))
-    session.execute(sa.delete(FileRow).where(FileRow.case_id == case_id))
+def detach(session: Session, case_id: str, but: Collection[Artefact] = ()) -> list[str]:
+    """Forget the case's artefacts, but for some, inside the caller's transaction; returns their objects."""
+    which = (FileRow.case_id == case_id) & FileRow.artefact.not_in(but)
+    object_keys = list(session.scalars(sa.select(FileRow.object_key).where(which)))
+    session.execute(sa.delete(FileRow).where(which))
     return object_keys
 
 

@@ -12,7 +12,7 @@ from lubdub.cases import audit
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import CaseNotFound
-from lubdub.cases.files import FileVault, detach_all
+from lubdub.cases.files import FileVault, detach
 from lubdub.cases.models import CaseEventRow, CaseKeyRow, CaseRow, FamilySessionRow, IdempotencyRow
 from lubdub.cases.rows import find
 from lubdub.cases.store import REMEMBERED
@@ -80,7 +80,7 @@ def _wipe(database: Database, session: Session, row: CaseRow, actor: Actor, acti
     session.execute(sa.delete(CaseKeyRow).where(CaseKeyRow.case_id == row.id))
     session.execute(sa.delete(CaseEventRow).where(CaseEventRow.case_id == row.id))
     session.execute(sa.delete(IdempotencyRow).where(IdempotencyRow.case_id == row.id))
-    detach_all(session, row.id)
+    detach(session, row.id)
     row.status, row.deleted_at, row.updated_at = "deleted", moment, moment
     row.external_id = row.age_years = row.sex = row.landmarks = row.reason = row.job_id = row.stage = None
     row.posture, row.answers, row.unit, row.fraction = "", {}, None, 0.0

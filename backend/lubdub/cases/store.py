@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import IdempotencyMismatch, StateConflict
-from lubdub.cases.files import FileVault, Sealed, attach, detach_all
+from lubdub.cases.files import OF_CHECK, OF_SCAN, FileVault, Sealed, attach, detach
 from lubdub.cases.models import CaseEventRow, CaseKeyRow, CaseRow, IdempotencyRow
 from lubdub.cases.rows import Step, find, has_file, new_job, take, to_value, visible_to
 from lubdub.cases.screening import stop_reason
@@ -110,7 +110,7 @@ class CaseStore:
         with self._database.writing() as session:
             row = find(session, actor, case_id, to_change=True)
             _must_take_scan(row)
-            dropped = detach_all(session, case_id)
+            dropped = detach(session, case_id)
             attach(session, case_id, {"scan": scan})
             row.unit, row.landmarks = unit, None
             job = new_job(row, "check")
@@ -126,22 +126,31 @@ class CaseStore:
             _must_take_scan(row)
             if not has_file(session, case_id, "scan"):
                 raise StateConflict("There is no scan yet. Send it first.")
+            dropped = detach(session, case_id, but=OF_SCAN)
             row.unit, row.landmarks = unit, None
             job = new_job(row, "check")
             take(self._database, session, row, actor, Step("checking", "scan.unit"))
-            return to_value(session, row), job
+            case = to_value(session, row)
+        self._vault.discard(case_id, dropped)
+        return case, job
 
     def place_landmarks(self, actor: Actor, case_id: str, asked: Asked) -> tuple[Case, Job]:
-        """Take the landmarks and ask for a run. Raises StateConflict before the scan's check went well."""
+        """Take the landmarks and ask for a run; an older run's result is dropped at once.
+
+        Raises StateConflict before the scan's check went well.
+        """
         with self._database.writing() as session:
             row = find(session, actor, case_id, to_change=True)
             if row.status not in TAKES_LANDMARKS or not has_file(session, case_id, "examination.npz"):
                 raise StateConflict(f"Landmarks cannot be placed while the case is {_words(row.status)}.")
+            dropped = detach(session, case_id, but=OF_SCAN + OF_CHECK)
             row.landmarks = {name: list(place) for name, place in asked.landmarks.items()}
             row.unit, row.method = asked.unit or row.unit, asked.method
             job = new_job(row, "locate")
             take(self._database, session, row, actor, Step("queued", "landmarks.place"))
-            return to_value(session, row), job
+            case = to_value(session, row)
+        self._vault.discard(case_id, dropped)
+        return case, job
 
     def cancel(self, actor: Actor, case_id: str) -> tuple[Case, Job | None]:
         """Stop what is at work and step back; the job that was current, if any. A case at rest stays as it is."""

@@ -47,9 +47,11 @@ def view_of(case: Case, files: FileVault) -> str:
         try:
             return files.read(case.id, "view.html").decode()
         except FileNotFound:
-            page = result_html(outcome_from_bytes(files.read(case.id, "outcome.npz")), case.age_years)
-            files.put(case.id, "view.html", page.encode())
-            return page
+            return files.derive(case.id, "view.html", "outcome.npz", lambda outcome: _draw(outcome, case)).decode()
+
+
+def _draw(outcome: bytes, case: Case) -> bytes:
+    return result_html(outcome_from_bytes(outcome), case.age_years).encode()
 
 
 @router.get("/cases/{case_id}/result", responses=problems("state-conflict"))

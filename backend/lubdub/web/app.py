@@ -1,8 +1,7 @@
-"""The application: layers, REST, health, documentation and, when they are installed, the pages."""
+"""The application: layers, REST, health, documentation and pages."""
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -10,7 +9,7 @@ from fastapi import FastAPI
 
 from lubdub import __version__
 from lubdub.settings import Settings
-from lubdub.web import api_cases, api_events, api_results, docs, health
+from lubdub.web import api_cases, api_events, api_results, docs, health, pages
 from lubdub.web.envelope import Envelope
 from lubdub.web.limits import BodyLimit, RateLimit
 from lubdub.web.problems import install_problems
@@ -26,7 +25,7 @@ DESCRIPTION = (
 def create_app(settings: Settings) -> FastAPI:
     """The web application. Nothing is opened before it starts; it closes what it opened when it stops.
 
-    The pages come in by `lubdub.web.pages.install(app)`: routers, static files and `app.state.error_page`.
+    `lubdub.web.pages.install(app)` brings the pages: routers, static files and `app.state.error_page`.
     """
 
     @asynccontextmanager
@@ -50,8 +49,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.include_router(health.router)
     app.include_router(docs.router)
     install_problems(app)
-    if importlib.util.find_spec("lubdub.web.pages") is not None:
-        importlib.import_module("lubdub.web.pages").install(app)
+    pages.install(app)
     app.add_middleware(RateLimit, settings=settings)
     app.add_middleware(BodyLimit, settings=settings)
     app.add_middleware(Envelope, is_https=settings.is_https)
