@@ -30,38 +30,31 @@ class Marks:
 
     def with_placed(self, name: LandmarkName, position: list[float]) -> Marks:
         """A point put somewhere, or moved. It stays the target, so that the next tap corrects it."""
-        return replace(
-            self._remembering(),
-            placed={**self.placed, name: position},
-            kept=tuple(one for one in self.kept if one != name),
-            skipped=tuple(one for one in self.skipped if one != name),
-            target=name,
-        )
+        clear = self._remembering()._without(name)
+        return replace(clear, placed={**clear.placed, name: position}, target=name)
 
     def keeping(self, asked: tuple[LandmarkName, ...]) -> Marks:
         """The suggestion for the target is left as it is; on to the next point."""
         if self.target is None:
             return self
-        return replace(self._remembering(), kept=(*self.kept, self.target))._onward(asked)
+        clear = self._remembering()._without(self.target)
+        return replace(clear, kept=(*clear.kept, self.target)).onward(asked)
 
     def skipping(self, asked: tuple[LandmarkName, ...]) -> Marks:
         """The target is left out; on to the next point."""
         if self.target is None:
             return self
-        placed = {name: place for name, place in self.placed.items() if name != self.target}
-        kept = tuple(name for name in self.kept if name != self.target)
-        moved = replace(self._remembering(), placed=placed, kept=kept, skipped=(*self.skipped, self.target))
-        return moved._onward(asked)
+        clear = self._remembering()._without(self.target)
+        return replace(clear, skipped=(*clear.skipped, self.target)).onward(asked)
 
     def onward(self, asked: tuple[LandmarkName, ...]) -> Marks:
         """On to the next unanswered point."""
-        return self._onward(asked)
+        return replace(self, target=self._open(asked))
 
     def choosing(self, name: LandmarkName) -> Marks:
-        """The next tap is for this point."""
-        skipped = tuple(one for one in self.skipped if one != name)
-        kept = tuple(one for one in self.kept if one != name)
-        return replace(self, target=name, skipped=skipped, kept=kept)
+        """The next tap is for this point; one that was left out or kept is open again."""
+        placed = self.placed
+        return replace(self._without(name), placed=placed, target=name)
 
     def undone(self) -> Marks:
         """One step back."""
@@ -96,8 +89,13 @@ class Marks:
     def _open(self, asked: tuple[LandmarkName, ...]) -> str | None:
         return next((name for name in asked if not self.is_answered(name)), None)
 
-    def _onward(self, asked: tuple[LandmarkName, ...]) -> Marks:
-        return replace(self, target=self._open(asked))
+    def _without(self, name: str) -> Marks:
+        return replace(
+            self,
+            placed={one: place for one, place in self.placed.items() if one != name},
+            kept=tuple(one for one in self.kept if one != name),
+            skipped=tuple(one for one in self.skipped if one != name),
+        )
 
     def _remembering(self) -> Marks:
         now = {

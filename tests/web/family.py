@@ -1,0 +1,105 @@
+"""A family's browser, without a screen: keeps its cookies, fills in forms, follows the way through the pages."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+import httpx
+
+from lubdub.cases.database import Database
+from lubdub.cases.files import FileVault
+from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
+from lubdub.results import Outcome
+from tests.views import sample
+from tests.web.service import Service, eventually
+
+ABOUT = {"who": "child", "years": "6", "months": "0", "sex": "female", "posture": "supine"}
+NO_STOPS = {"heart_on_right": "no", "chest_operation_or_device": "no"}
+
+
+@dataclass
+class Family:
+    """One browser session at a running service."""
+
+    service: Service
+    http: httpx.Client = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.http = httpx.Client(base_url=self.service.settings.address, timeout=30, follow_redirects=True)
+
+    def get(self, path: str, expect: int = 200) -> str:
+        """A page's HTML."""
+        answer = self.http.get(path)
+        assert answer.status_code == expect, answer.text[:500]
+        return answer.text
+
+    def token(self, path: str = "/who") -> str:
+        """The form token of the session."""
+        found = re.search(r'name="csrf_token" value="([0-9a-f]+)"', self.get(path))
+        assert found is not None
+        return found.group(1)
+
+    def post(self, path: str, expect: int = 200, token: str | None = None, **fields: str) -> httpx.Response:
+        """Send a form as a page of ours would."""
+        data = {"csrf_token": self.token() if token is None else token, **fields}
+        answer = self.http.post(path, data=data, headers={"Origin": self.service.settings.address})
+        assert answer.status_code == expect, answer.text[:500]
+        return answer
+
+    def opened(self, **changes: str) -> str:
+        """A new case's id."""
+        answer = self.post("/health", **(ABOUT | NO_STOPS | changes))
+        return case_in(str(answer.url))
+
+    def send(self, case: str, scan: bytes) -> httpx.Response:
+        """The scan by the plain form."""
+        return self.http.post(
+            f"/cases/{case}/scan",
+            data={"csrf_token": self.token()},
+            files={"scan": ("scan.ply", scan)},
+            headers={"Origin": self.service.settings.address},
+        )
+
+    def where(self, case: str) -> str:
+        """The step the case stands on."""
+        return str(self.http.get(f"/cases/{case}").url).rsplit("/", 1)[1]
+
+    def examined(self, scan: bytes = b"quick") -> str:
+        """A case whose check found the sample chest."""
+        case = self.opened()
+        self.send(case, scan)
+        eventually(lambda: self.where(case) == "size")
+        self.vault.put(case, "examination.npz", examination_to_bytes(sample.examination()))
+        return case
+
+    def confirmed(self) -> str:
+        """A case whose points can be placed."""
+        case = self.examined()
+        self.post(f"/cases/{case}/size", size="right", side="left")
+        return case
+
+    def done(self, outcome: Outcome | None = None) -> str:
+        """A case with a result."""
+        case = self.confirmed()
+        self.post(f"/cases/{case}/points", action="done")
+        eventually(lambda: self.rest_status(case) == "done")
+        self.vault.put(case, "outcome.npz", outcome_to_bytes(outcome or sample.outcome()))
+        return case
+
+    def rest_status(self, case: str) -> str:
+        """The case's state as REST says it."""
+        return str(self.http.get(f"/api/v1/cases/{case}").json()["status"])
+
+    @property
+    def vault(self) -> FileVault:
+        """The service's files, to put results of our own where the stand-in worker left its own."""
+        settings = self.service.settings
+        return FileVault(Database(settings.database), settings.store, settings.master_key)
+
+
+def case_in(url: str) -> str:
+    """The case id in an address."""
+    found = re.search(r"/cases/([0-9a-f]{32})", url)
+    assert found is not None, url
+    return found.group(1)
