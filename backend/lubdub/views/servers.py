@@ -24,6 +24,10 @@ class ViewsFull(Exception):
     """Too many cases are open at once on this machine."""
 
 
+LiveServer = viser.ViserServer
+"""What a live view is built on, by the name that other rooms may use."""
+
+
 def start_server() -> viser.ViserServer:
     """A viser server on loopback, on a port the system chose, that cannot be shared.
 

@@ -13,14 +13,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import viser
 
 from lubdub.cases.errors import FileNotFound
 from lubdub.cases.files import FileVault
 from lubdub.report.archive import examination_from_bytes
 from lubdub.results import LANDMARK_NAMES, Examination, Landmark, LandmarkName
 from lubdub.views.placing import PlacingView
-from lubdub.views.servers import OpenView, ViewRegistry
+from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
 from lubdub.web.pages_marks import Marks
 
 REAP_EVERY_S = 60.0
@@ -113,7 +112,7 @@ class ViewDesk:
             await asyncio.sleep(REAP_EVERY_S)
             await asyncio.to_thread(self._registry.reap)
 
-    def _build(self, case_id: str, server: viser.ViserServer, data: bytes, sha256: str) -> Showing:
+    def _build(self, case_id: str, server: LiveServer, data: bytes, sha256: str) -> Showing:
         examination = examination_from_bytes(data)
 
         def placed(name: LandmarkName, position: np.ndarray) -> None:
