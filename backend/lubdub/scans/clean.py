@@ -29,6 +29,8 @@ class CleanSettings:
     """For planes and pieces, over the whole file; the result is then carried to every point."""
     wide_look: float = 2.5
     """A bed is easier to see from farther away: planes are sought in so many times the room kept at the end."""
+    second_look: float = 0.3
+    """When less than this share of the points was kept, planes and pieces are sought once more in it."""
     least_points: int = 400
     """Below this a nipple is one point or none: 20 by 20 points over a chest are 15 mm apart in an adult."""
     stray_reach: float = 3.0
@@ -50,12 +52,18 @@ def clean(raw: RawScan, unit: Unit, landmarks_in_file: Mapping[LandmarkName, np.
     surface = _without_loose_vertices(Surface(to_mm.apply(raw.surface.vertices), raw.surface.triangles))
     surface = _part(surface, near_landmarks(surface.vertices, landmarks, SETTINGS.wide_look))
     _check_count(len(surface.vertices))
-    keep, notes, warnings = _body_in(surface.vertices, landmarks)
-    surface = _part(surface, keep)
-    _check_count(len(surface.vertices))
+    notes: list[str] = []
+    warnings: tuple[Reason, ...] = ()
+    for _ in range(2):  # where the body was a small part of the room, a second look sees it in more detail
+        keep, done, odd = _body_in(surface.vertices, landmarks)
+        surface = _part(surface, keep)
+        notes, warnings = notes + done, warnings + odd
+        _check_count(len(surface.vertices))
+        if keep.mean() > SETTINGS.second_look:
+            break
     if not is_body_like(surface.vertices):
         raise ScanRefused(NO_BODY_FOUND)
-    return _finished(surface, to_mm, unit, (*raw.notes, *notes), warnings)
+    return _finished(surface, to_mm, unit, (*raw.notes, *dict.fromkeys(notes)), tuple(dict.fromkeys(warnings)))
 
 
 def _without_loose_vertices(surface: Surface) -> Surface:
@@ -86,8 +94,8 @@ def _body_in(
     planes = find_planes(work, places)
     candidate, keep = near_landmarks(work, landmarks), np.ones(len(points), bool)
     for plane in planes:
-        candidate &= plane.height(work) > plane.drop
-        keep &= plane.height(points) > plane.drop
+        candidate &= plane.spares(work)
+        keep &= plane.spares(points)
     if candidate.sum() < SETTINGS.least_points / 4:
         raise ScanRefused(NO_BODY_FOUND)
     pieces = choose_pieces(work[candidate], cells.size, places)

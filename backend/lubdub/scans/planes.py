@@ -28,16 +28,15 @@ class PlaneSettings:
     """Below this share of all points no bed was worth removing."""
     behind_share: float = 0.01
     """Strays and wrinkles behind a bed."""
-    behind_share_large: float = 0.06
-    """Behind a plane too large for a body there may be the bed's own side."""
     body_free_area: float = 250_000.0
-    """No flat part of a person is this large: an adult's whole front holds less than 100,000 square mm."""
+    """No flat part of a person is this large: an adult's whole front holds less than 100,000 square mm. So it
+    goes, whatever lies behind: a floor behind a bed, or the bed's own side."""
     least_outside: float = 0.5
     """More than half of a bed is not under the body."""
     step_share: float = 0.35
-    """Just in front of a bed there is little; just behind a belly's top there is more of the belly."""
-    drop_least: float = 8.0
-    drop_most: float = 16.0
+    """Just in front of a bed there is little; just behind a belly's top there is more of the belly. A bed also
+    reaches beyond the body, and a belly's top does not."""
+    drop: tuple[float, float] = (8.0, 16.0)
     """Removed with the plane: three times its roughness, within these bounds."""
     landmark_clearance: float = 20.0
     """The five landmarks lie on the front, so a plane this near to one is the body."""
@@ -57,6 +56,9 @@ class Plane:
     normal: np.ndarray
     offset: float
     drop: float = 0.0
+    """Points up to this far in front go with the plane."""
+    behind: float = np.inf
+    """Points up to this far behind go with it: all, unless something large lies there."""
 
     def height(self, points: np.ndarray) -> np.ndarray:
         """(n,) signed distance of points (n, 3), positive in front."""
@@ -64,7 +66,12 @@ class Plane:
 
     def flipped(self) -> Plane:
         """The same plane seen from the other side."""
-        return Plane(-self.normal, -self.offset, self.drop)
+        return Plane(-self.normal, -self.offset)
+
+    def spares(self, points: np.ndarray) -> np.ndarray:
+        """(n,) bool: False for the points (n, 3) that belong to the plane."""
+        height = self.height(points)
+        return np.asarray((height > self.drop) | (height < -self.behind))
 
 
 def find_planes(points: np.ndarray, landmarks: np.ndarray) -> list[Plane]:
@@ -80,7 +87,7 @@ def find_planes(points: np.ndarray, landmarks: np.ndarray) -> list[Plane]:
         if plane is None:
             break
         found.append(plane)
-        points = points[plane.height(points) > plane.drop]
+        points = points[plane.spares(points)]
     return found
 
 
@@ -160,8 +167,9 @@ def _judged(plane: Plane, points: np.ndarray, landmarks: np.ndarray) -> Plane | 
     near = np.abs(height) < SETTINGS.near
     if near.sum() < SETTINGS.least_share * len(points) or not _stands_apart(plane, points, height, len(landmarks) > 0):
         return None
-    roughness = float(np.std(height[np.abs(height) < 2 * SETTINGS.near]))
-    return Plane(plane.normal, plane.offset, float(np.clip(3 * roughness, SETTINGS.drop_least, SETTINGS.drop_most)))
+    drop = float(np.clip(3 * np.std(height[np.abs(height) < 2 * SETTINGS.near]), *SETTINGS.drop))
+    is_last = len(landmarks) or (height < -SETTINGS.clear).mean() < SETTINGS.behind_share
+    return Plane(plane.normal, plane.offset, drop, np.inf if is_last else drop)
 
 
 def _stands_apart(plane: Plane, points: np.ndarray, height: np.ndarray, side_is_known: bool) -> bool:
@@ -174,7 +182,7 @@ def _stands_apart(plane: Plane, points: np.ndarray, height: np.ndarray, side_is_
     shape = tuple(((high - low) / pixel).astype(np.int64) + 1)
     area = np.count_nonzero(_raster(pixels[near], shape)) * pixel * pixel
     if area > SETTINGS.body_free_area:
-        return side_is_known or behind < SETTINGS.behind_share_large
+        return True
     if behind > SETTINGS.behind_share and not side_is_known:
         return False
     just_before = (height > SETTINGS.near) & (height < 3 * SETTINGS.near)
