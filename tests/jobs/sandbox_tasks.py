@@ -169,3 +169,13 @@ def start_a_program(payload: bytes, progress: Progress) -> bytes:
 def make_a_socket(payload: bytes, progress: Progress) -> bytes:
     with socket.socket(socket.AF_UNIX):
         return b"made"
+
+
+def read_a_file(payload: bytes, progress: Progress) -> bytes:
+    with open(payload, "rb") as file:
+        return file.read()
+
+
+def overwrite_a_file(payload: bytes, progress: Progress) -> bytes:
+    with open(payload, "wb") as file:
+        return str(file.write(b"mine now")).encode()

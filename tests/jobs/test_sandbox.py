@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
+import shutil
 import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from lubdub.jobs import frames, syscalls
+from lubdub.jobs import filesystem, frames, syscalls
 from lubdub.jobs.sandbox import ChildResult, Limits, Task, network_isolated, run_in_child
 from tests.jobs import sandbox_tasks as tasks
 
@@ -179,6 +182,28 @@ def test_the_child_holds_nothing_of_its_parent_open(tmp_path: Path) -> None:
         secret.unlink()
     assert str(secret) not in held
     assert set(held[:3]) == {os.devnull}
+
+
+def test_the_child_can_read_only_what_it_was_given(tmp_path: Path) -> None:
+    given, secret = tmp_path / "given", tmp_path / "secret"
+    try:
+        for folder in (given, secret):
+            folder.mkdir()
+            (folder / "file").write_text(folder.name)
+        limits = replace(SMALL, readable=(str(given),))
+        assert run(tasks.read_a_file, bytes(given / "file"), limits) == ChildResult("ok", b"given")
+        if see_only_is_possible():
+            assert run(tasks.read_a_file, bytes(secret / "file"), limits).status == "error"
+            assert run(tasks.overwrite_a_file, bytes(given / "file"), limits).status == "error"
+            assert (given / "file").read_text() == "given"
+    finally:
+        shutil.rmtree(given)
+        shutil.rmtree(secret)
+
+
+def see_only_is_possible() -> bool:
+    """Whether this kernel has Landlock: it answers with the version it knows."""
+    return ctypes.CDLL(None).syscall(filesystem.CREATE_RULESET, None, 0, 1) > 0
 
 
 def test_what_libraries_print_does_not_reach_our_output(capfd: pytest.CaptureFixture[str]) -> None:

@@ -125,7 +125,9 @@ def _run(errand: Errand, data: bytes) -> ChildResult:
     def work(payload: bytes, progress: Progress) -> bytes:
         return locate_in_child(errand, payload, progress)
 
-    return run_in_child(work, data, Limits(cpu_s=CPU_S, wall_s=WALL_S), lambda stage, fraction: None)
+    readable = () if errand.references is None else (errand.references,)
+    limits = Limits(cpu_s=CPU_S, wall_s=WALL_S, readable=readable)
+    return run_in_child(work, data, limits, lambda stage, fraction: None)
 
 
 def _answer(result: ChildResult) -> bytes:

@@ -13,6 +13,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from lubdub.jobs.filesystem import see_only
 from lubdub.jobs.syscalls import refuse_calls
 
 # linux/prctl.h, linux/sched.h and linux/capability.h; Python 3.11 has no names for them.
@@ -39,6 +40,7 @@ class Limits:
     wall_s: float = 90
     file_mb: int = 64
     open_files: int = 64  # enough for the imports; a process that opens more is not reading one scan
+    readable: tuple[str, ...] = ()  # folders it may read besides the system's, Python's and the references
 
 
 def confine(limits: Limits, folder: Path, parent: int) -> None:
@@ -55,6 +57,7 @@ def confine(limits: Limits, folder: Path, parent: int) -> None:
         _drop_capabilities()
         _prctl(PR_SET_NO_NEW_PRIVS, 1)
         _prctl(PR_SET_DUMPABLE, 0)
+        see_only(folder, limits.readable)
         refuse_calls()
         # Last, because the kernel forgets it when credentials change.
         _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
