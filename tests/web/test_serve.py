@@ -1,0 +1,110 @@
+"""One command, everything real: the product on one machine, from a scan to the areas, and what keeps it going."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+from lubdub.settings import Settings
+from lubdub.web.serve import listening_socket
+from tests.web.service import ROOT, Portal, Service, eventually, free_port
+
+SERVE = "from lubdub.settings import Settings; from lubdub.web.serve import serve; serve(Settings())"
+DEMO = ROOT / "references" / "demo" / "phone-child"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    service = Service(Settings(data_dir=tmp_path_factory.mktemp("whole") / "data", port=free_port()))
+    process = service.spawn([sys.executable, "-c", SERVE])
+    try:
+        eventually(lambda: is_ready(service) or process.poll() is not None, 120)
+        assert process.poll() is None, service.log.read_text()[-3000:]
+        yield service
+    finally:
+        service.stop()
+
+
+def is_ready(service: Service) -> bool:
+    try:
+        return httpx.get(f"{service.settings.address}/readyz").status_code == 200
+    except httpx.TransportError:
+        return False
+
+
+def children(pid: int) -> list[int]:
+    lists = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(child) for found in lists for child in found.read_text().split()]
+
+
+def is_running(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+def test_one_command_takes_a_childs_scan_to_its_four_areas(whole: Service) -> None:
+    portal = whole.portal()
+    case = portal.open_case()
+    portal.send(case, (DEMO / "phone-child.glb").read_bytes())
+    portal.wait(case, "awaiting_landmarks", "refused", "failed")
+    examined = portal.call("GET", f"/cases/{case}/scan", 200).json()
+    assert examined["unit"]["name"] == "m"
+    landmarks = json.loads((DEMO / "landmarks.json").read_text())
+    portal.call("PUT", f"/cases/{case}/landmarks", 202, json=landmarks)
+    portal.wait(case, "done", "refused", "failed")
+    result = portal.call("GET", f"/cases/{case}/result", 200).json()
+    assert result["verdict"] in ("show", "show_with_care")
+    assert set(result["areas"]) == {"aortic", "pulmonary", "tricuspid", "mitral"}
+    assert portal.call("GET", f"/cases/{case}/scan.ply", 200).content.startswith(b"ply\nformat binary")
+    view = portal.call("GET", f"/cases/{case}/view.html", 200)
+    assert view.headers["content-security-policy"].startswith("sandbox allow-scripts; default-src 'none'")
+    assert portal.call("GET", f"/cases/{case}/view.html", 200).text == view.text
+
+
+def test_bytes_that_are_no_scan_are_refused_in_words(whole: Service) -> None:
+    portal: Portal = whole.portal()
+    case = portal.open_case()
+    portal.send(case, os.urandom(5000))
+    state = portal.wait(case, "refused", "failed", "awaiting_landmarks")
+    assert (state["status"], state["reason"]["code"]) == ("refused", "unreadable_file")
+
+
+def test_a_worker_that_dies_is_started_again_and_ctrl_c_ends_everything(whole: Service) -> None:
+    server = whole.processes[0]
+    (worker,) = children(server.pid)
+    os.kill(worker, signal.SIGKILL)
+    eventually(lambda: [child for child in children(server.pid) if child != worker])
+    eventually(lambda: whole.log.read_text().count('"a worker is ready"') == 2, 120)
+    family = [server.pid, *children(server.pid)]
+    family += [grandchild for child in family[1:] for grandchild in children(child)]
+    assert len(family) >= 3
+    server.send_signal(signal.SIGINT)
+    server.wait(20)
+    eventually(lambda: not any(map(is_running, family)))
+
+
+def test_the_welcome_says_where_everything_is(whole: Service) -> None:
+    log = whole.log.read_text()
+    assert f"{whole.settings.address}/\n" in log
+    assert f"{whole.settings.address}/api/docs" in log
+    assert "./lubdub admin key create" in log
+
+
+def test_a_port_that_is_taken_is_said_in_one_sentence(tmp_path: Path) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        settings = Settings(data_dir=tmp_path, port=other.getsockname()[1])
+        with pytest.raises(SystemExit, match=f"Port {settings.port} is taken"):
+            listening_socket(settings)
