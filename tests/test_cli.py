@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import json
 import os
-import runpy
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,7 +15,7 @@ from typing import Any
 import pytest
 
 from lubdub import cli
-from lubdub.commands import benchmark, landmarks_file, locate
+from lubdub.commands import landmarks_file, locate
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES
 from tests import bodies
 
@@ -147,8 +146,6 @@ def test_even_a_crash_of_the_reader_ends_in_one_line(
         ["locate", "SCAN", "--out", "no-such-folder/out.json"],
         ["locate", "SCAN", "--out", "."],
         ["locate", "SCAN", "--picture", "no-such-folder/p.png"],
-        ["benchmark"],
-        ["benchmark", "no-such-experiment"],
         ["admin"],
         ["admin", "key", "revoke"],
         ["serve", "--port", "many"],
@@ -286,24 +283,10 @@ def test_every_setting_is_shown_with_its_meaning(run: Run) -> None:
         assert field.description in out
 
 
-def test_an_experiment_is_found_by_its_file_and_its_numbers_are_kept(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = tmp_path / "tests" / "benchmark"
-    folder.mkdir(parents=True)
-    (folder / "dice.py").write_text(
-        "def helper(): pass\n\ndef run(seed, size, out):\n    return {'seed': seed, 'size': size}\n"
-    )
-    (folder / "shared.py").write_text("def throw(): pass\n")
-    monkeypatch.setattr(benchmark, "PROJECT", tmp_path)
-    monkeypatch.setattr("importlib.import_module", lambda name: runpy_module(folder / f"{name.rpartition('.')[2]}.py"))
+def test_the_words_of_a_benchmark_go_to_the_experiments(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    heard: list[str] = []
+    experiments = SimpleNamespace(main=lambda words: heard.extend(words) or 7)
+    monkeypatch.setattr("importlib.import_module", {"tests.benchmark.__main__": experiments}.__getitem__)
     monkeypatch.setattr(sys, "path", sys.path.copy())
-    assert benchmark.experiments() == ["dice"]
-    code, out, _ = run("benchmark", "dice", "--seed", 3, "--size", 2, "--out", tmp_path / "out")
-    assert (code, out) == (0, f"{tmp_path}/out/dice.json\n")
-    assert json.loads((tmp_path / "out/dice.json").read_text()) == {"seed": 3, "size": 2}
-    assert run("benchmark", "shared", "--out", tmp_path / "out")[0] == 2
-
-
-def runpy_module(path: Path) -> SimpleNamespace:
-    return SimpleNamespace(**runpy.run_path(str(path)))
+    assert run("benchmark", "cohort", "--seed", 3, "--help")[0] == 7
+    assert heard == ["cohort", "--seed", "3", "--help"]

@@ -34,8 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     os.environ.setdefault("OMP_NUM_THREADS", "2")
     _set_up_logging()
     try:
-        typed = build_parser().parse_args(arguments)
-        code: int = typed.run(typed)
+        code = _run(arguments)
     except CommandFault as fault:
         code = _say(str(fault))
     except KeyboardInterrupt:
@@ -48,6 +47,14 @@ def main(arguments: Sequence[str]) -> int:
         log.exception("the command failed")
         hint = "" if _debugging() else "; LUBDUB_DEBUG=1 shows where"
         code = _say(f"Something went wrong inside Lubdub: {type(fault).__name__}{hint}.")
+    return code
+
+
+def _run(arguments: Sequence[str]) -> int:
+    if arguments[:1] == ["benchmark"]:
+        return benchmark.run(arguments[1:])
+    typed = build_parser().parse_args(arguments)
+    code: int = typed.run(typed)
     return code
 
 
