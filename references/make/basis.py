@@ -9,7 +9,16 @@ import numpy as np
 from lubdub.geometry.surface import vertex_normals
 from references.make.anatomy import Marks, place_areas
 from references.make.body import Body, Workshop
-from references.make.fields import along_body, bump, front_share, signs_fixed, slide_on_skin, smooth_modes, smoothstep
+from references.make.fields import (
+    along_body,
+    area_share,
+    bump,
+    front_share,
+    signs_fixed,
+    slide_on_skin,
+    smooth_modes,
+    smoothstep,
+)
 from references.make.makehuman import MODELLED
 from references.make.phenotype import Phenotype, Sex, draw_phenotype, median_stature
 from references.make.posture import Lying
@@ -59,14 +68,16 @@ class Basis:
 def build_basis(workshop: Workshop, settings: BasisSettings | None = None) -> Basis:
     """Draws the training bodies, aligns them, and adds the independent directions. Takes about a minute."""
     settings = settings or BasisSettings()
-    marks = workshop.body(_average_man()).landmarks
+    average = workshop.body(_average_man())
+    marks = average.landmarks
     bodies = np.array([_with_bones_at_marks(workshop, body, marks) for body in draw_bodies(workshop, settings)])
-    mean, aligned = _aligned(bodies, workshop.torso.trunk, settings.mean_radius_mm)
+    share = area_share(average.vertices, workshop.torso.triangles)
+    mean, aligned = _aligned(bodies, workshop.torso.trunk * share, settings.mean_radius_mm)
     notch = np.einsum("c,cd->d", marks.weights[0], mean[marks.corners[0]])
     mean = mean - notch
-    build = _principal_modes(aligned - aligned.mean(0), settings.build_modes)
+    build = _principal_modes(aligned - aligned.mean(0), share, settings.build_modes)
     own = _own_directions(workshop, mean, marks, settings)
-    smooth = smooth_modes(mean, settings.smooth_reach_mm, settings.smooth_mm, settings.smooth_shapes)
+    smooth = smooth_modes(mean, share, settings.smooth_reach_mm, settings.smooth_mm, settings.smooth_shapes)
     landmarks = Marks(np.einsum("kc,kcd->kd", marks.weights, mean[marks.corners]), marks.corners, marks.weights)
     areas = tuple(place_areas(mean, workshop.trunk_triangles, landmarks.positions[:2], age) for age in (30.0, 2.0))
     weight = data_weight(mean, workshop.torso.triangles, workshop.torso.trunk, landmarks)
@@ -133,12 +144,14 @@ def _onto(body: np.ndarray, mean: np.ndarray, weight: np.ndarray) -> np.ndarray:
     return scale * a @ (u * flip @ vt).T + end
 
 
-def _principal_modes(differences: np.ndarray, count: int) -> np.ndarray:
-    rows = differences.reshape(len(differences), -1)
+def _principal_modes(differences: np.ndarray, share: np.ndarray, count: int) -> np.ndarray:
+    """(count, n, 3) principal components, vertices weighted by the skin they stand for."""
+    root = np.sqrt(share)[:, None]
+    rows = (differences * root).reshape(len(differences), -1)
     _, sizes, directions = np.linalg.svd(rows, full_matrices=False)
     modes = directions[:count] * sizes[:count, None] / np.sqrt(len(rows) - 1)
     modes = modes * signs_fixed(modes)[:, None]
-    return modes.reshape(count, -1, 3)
+    return modes.reshape(count, -1, 3) / root
 
 
 def _own_directions(workshop: Workshop, mean: np.ndarray, marks: Marks, settings: BasisSettings) -> np.ndarray:
@@ -200,8 +213,11 @@ def _arm_directions(workshop: Workshop, settings: BasisSettings) -> list[np.ndar
 
 
 def data_weight(mean: np.ndarray, triangles: np.ndarray, trunk: np.ndarray, landmarks: Marks) -> np.ndarray:
-    """(n,) how much skin there says: 1 on the trunk's front and flanks, 0 on arms, shoulders, neck and back."""
+    """(n,) how much skin there says: 1 on the trunk's front and flanks, 0 on arms, shoulders, neck and back.
+
+    Where vertices are dense, above all around the nipples, each counts for the little skin it stands for.
+    """
     sternum = -landmarks.positions[1, 1]
     facing = smoothstep(vertex_normals(mean, triangles)[:, 2], -0.7, -0.2)
     below_neck = 1.0 - smoothstep(mean[:, 1], 0.15 * sternum, 0.45 * sternum)
-    return smoothstep(trunk, 0.3, 0.95) * facing * below_neck
+    return smoothstep(trunk, 0.3, 0.95) * facing * below_neck * area_share(mean, triangles)

@@ -46,7 +46,7 @@ class Demo:
 def write_demos(workshop: Workshop, folder: Path) -> None:
     """`demo/<name>/`: the scan, landmarks.json, patient.json, and truth.json which the product never reads."""
     for number, make in enumerate((_overhead_bed, _phone_child, _scanner_woman)):
-        random = np.random.default_rng([2026, 11, number])
+        random = np.random.default_rng([2026, 12, number])
         demo = make(workshop, random)
         _write(workshop, demo, random, folder / "demo" / demo.name)
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
 
-from lubdub.geometry.surface import vertex_normals
+from lubdub.geometry.surface import triangle_normals, vertex_normals
 
 SLOPE_LIMIT = 1.5
 """A slide never climbs steeper than this; beyond it the frontal view says nothing about depth."""
@@ -66,16 +66,24 @@ def bump(vertices: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:
     return np.exp(-0.5 * ((vertices - centre) ** 2).sum(axis=1) / radius**2)
 
 
-def smooth_modes(vertices: np.ndarray, reach: float, amplitude: float, count: int) -> np.ndarray:
+def area_share(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(n,) the skin each vertex stands for, against the median, at most 1: the rings of a nipple are dense."""
+    per_triangle = np.linalg.norm(triangle_normals(vertices, triangles), axis=1) / 6
+    area = np.bincount(triangles.ravel(), np.repeat(per_triangle, 3), len(vertices))
+    return np.clip(area / np.median(area), 0.02, 1.0)
+
+
+def smooth_modes(vertices: np.ndarray, share: np.ndarray, reach: float, amplitude: float, count: int) -> np.ndarray:
     """(3 * count, n, 3) directions of a random smooth field whose points move by `amplitude` (rms).
 
     The principal components of a Gaussian process with correlation exp(-d^2 / 4 reach^2): what a sum of many
-    Gaussian hills of radius `reach` at random places looks like.
+    Gaussian hills of radius `reach` at random places looks like. share: (n,) weight of each vertex.
     """
-    squared = (vertices**2).sum(1)
+    squared, root = (vertices**2).sum(1), np.sqrt(share)
     distance = squared[:, None] + squared[None] - 2 * vertices @ vertices.T
-    values, vectors = np.linalg.eigh(np.exp(-np.clip(distance, 0, None) / (4 * reach**2)))
-    kept = vectors[:, ::-1][:, :count] * np.sqrt(np.clip(values[::-1][:count], 0, None))
+    correlation = np.exp(-np.clip(distance, 0, None) / (4 * reach**2))
+    values, vectors = np.linalg.eigh(correlation * root[:, None] * root[None])
+    kept = vectors[:, ::-1][:, :count] * np.sqrt(np.clip(values[::-1][:count], 0, None)) / root[:, None]
     kept = kept * signs_fixed(kept.T)[None] * amplitude / np.sqrt(3.0)
     return np.einsum("nk,ad->kand", kept, np.eye(3)).reshape(-1, len(vertices), 3)
 

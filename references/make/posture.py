@@ -48,7 +48,7 @@ def lie_down(makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Ly
     if phenotype.sex == "female" and phenotype.age_years >= 10:
         vertices = _relax_breasts(vertices, makehuman, torso, phenotype, lying)
     vertices = _rest_arms(vertices, torso, phenotype, lying)
-    vertices = _sink_belly(vertices, makehuman, torso, phenotype, lying)
+    vertices = _sink_belly(vertices, torso, phenotype, lying)
     return _press_back(vertices, torso, lying)
 
 
@@ -99,6 +99,15 @@ def _rest_arms(vertices: np.ndarray, torso: Torso, phenotype: Phenotype, lying: 
     return moved
 
 
+@dataclass(frozen=True)
+class _Breasts:
+    """flat: (19158, 3) the same woman without; thickness: (19158, 3) what they add; height: of the flat chest."""
+
+    flat: np.ndarray
+    thickness: np.ndarray
+    height: LinearNDInterpolator
+
+
 def _relax_breasts(
     vertices: np.ndarray, makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying
 ) -> np.ndarray:
@@ -106,14 +115,36 @@ def _relax_breasts(
     kept = {name: value for name, value in phenotype.modifiers.items() if not name.startswith("breast/")}
     bare = replace(phenotype, cup=FLAT_CUP, firmness=FLAT_FIRMNESS, modifiers=kept)
     flat = _lower_arms(makehuman.shape(bare), makehuman, torso, bare, lying)
-    flat = flat + _mean_offset(vertices - flat, torso)
-    breast = vertices - flat
-    moved = vertices.copy()
-    height = _front_height(flat, torso)
-    for nipple, side in ((NIPPLE_LEFT, 1.0), (NIPPLE_RIGHT, -1.0)):
-        moved += _slide_breast(vertices, flat, breast, nipple, side, height, phenotype, lying)
-    size = np.linalg.norm(breast, axis=1)
+    # The median removes the shift between the two: apart from the breasts they are one body.
+    flat = flat + np.median((vertices - flat)[torso.indices], axis=0)
+    breasts = _Breasts(flat, vertices - flat, _front_height(flat, torso))
+    moved = vertices + _slide_breast(breasts, NIPPLE_LEFT, phenotype, lying)
+    moved += _slide_breast(breasts, NIPPLE_RIGHT, phenotype, lying)
+    size = np.linalg.norm(breasts.thickness, axis=1)
     return _softened(moved, makehuman, np.clip(size / max(size[NIPPLE_LEFT], 25.0), 0, 1))
+
+
+def _front_height(flat: np.ndarray, torso: Torso) -> LinearNDInterpolator:
+    trunk = torso.indices[torso.trunk > 0.3]
+    middle = np.median(flat[trunk, 2])
+    front = flat[trunk[flat[trunk, 2] > middle]]
+    return LinearNDInterpolator(front[:, :2], front[:, 2])
+
+
+def _slide_breast(breasts: _Breasts, nipple: int, phenotype: Phenotype, lying: Lying) -> np.ndarray:
+    """(19158, 3) displacement of the breast of one nipple."""
+    flat, side = breasts.flat, np.sign(breasts.flat[nipple, 0])
+    thickness = max(0.0, float(breasts.thickness[nipple, 2]))
+    loose = 1.0 - 0.35 * phenotype.firmness
+    reach = 70.0 * phenotype.stature_mm / 1635.0 + 0.5 * thickness
+    near = np.exp(-0.5 * ((flat[:, :2] - flat[nipple, :2]) ** 2).sum(1) / reach**2)
+    own = (flat[:, 0] * side > 0) * np.clip(np.abs(flat[:, 0]) / 25.0, 0, 1)
+    slide = (near * own)[:, None] * thickness * loose * [side * lying.breast_slides_out, lying.breast_slides_up]
+    rise = breasts.height(flat[:, :2] + slide) - breasts.height(flat[:, :2])
+    rise = np.where(np.isfinite(rise), rise, 0.0)
+    share_lost = np.array([0.0, lying.breast_droop_lost, lying.breast_flattens * loose])
+    lost = (flat[:, 0] * side > 0)[:, None] * breasts.thickness * share_lost
+    return np.column_stack([slide, rise]) - lost
 
 
 def _softened(vertices: np.ndarray, makehuman: MakeHuman, share: np.ndarray) -> np.ndarray:
@@ -129,43 +160,7 @@ def _softened(vertices: np.ndarray, makehuman: MakeHuman, share: np.ndarray) -> 
     return vertices
 
 
-def _mean_offset(difference: np.ndarray, torso: Torso) -> np.ndarray:
-    """The two bodies differ by a scale (same stature) and the breasts only; the median removes a shift."""
-    return np.median(difference[torso.indices], axis=0)
-
-
-def _front_height(flat: np.ndarray, torso: Torso) -> LinearNDInterpolator:
-    trunk = torso.indices[torso.trunk > 0.3]
-    middle = np.median(flat[trunk, 2])
-    front = flat[trunk[flat[trunk, 2] > middle]]
-    return LinearNDInterpolator(front[:, :2], front[:, 2])
-
-
-def _slide_breast(
-    vertices: np.ndarray,
-    flat: np.ndarray,
-    breast: np.ndarray,
-    nipple: int,
-    side: float,
-    height: LinearNDInterpolator,
-    phenotype: Phenotype,
-    lying: Lying,
-) -> np.ndarray:
-    thickness = max(0.0, float(breast[nipple, 2]))
-    loose = 1.0 - 0.35 * phenotype.firmness
-    reach = 70.0 * phenotype.stature_mm / 1635.0 + 0.5 * thickness
-    near = np.exp(-0.5 * (((flat[:, :2] - flat[nipple, :2]) ** 2).sum(1)) / reach**2)
-    own = (flat[:, 0] * side > 0) * np.clip(np.abs(flat[:, 0]) / 25.0, 0, 1)
-    slide = (near * own)[:, None] * thickness * loose * [side * lying.breast_slides_out, lying.breast_slides_up]
-    rise = height(flat[:, :2] + slide) - height(flat[:, :2])
-    rise = np.where(np.isfinite(rise), rise, 0.0)
-    lost = (flat[:, 0] * side > 0)[:, None] * breast * [0.0, lying.breast_droop_lost, lying.breast_flattens * loose]
-    return np.column_stack([slide, rise]) - lost
-
-
-def _sink_belly(
-    vertices: np.ndarray, makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying
-) -> np.ndarray:
+def _sink_belly(vertices: np.ndarray, torso: Torso, phenotype: Phenotype, lying: Lying) -> np.ndarray:
     """Belly fat sinks towards the bed and spreads to the flanks."""
     bed = bed_height(vertices, torso)
     navel, nipple = vertices[NAVEL, 1], vertices[NIPPLE_LEFT, 1]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lubdub.geometry.surface import Surface
 from references.make.anatomy import drop_on_skin, place_areas, sternum_mm
-from references.make.fields import along_body, random_smooth_field, slide_on_skin, smooth_modes
+from references.make.fields import along_body, area_share, random_smooth_field, slide_on_skin, smooth_modes
 from references.make.files import npz_bytes, rounded
 from references.make.makehuman import modifier_target
 from references.make.phenotype import Phenotype, draw_phenotype, median_stature
@@ -45,16 +45,25 @@ def test_a_drawn_person_has_a_possible_stature(age: float, sex: str) -> None:
 
 
 def test_smooth_fields_and_modes_are_the_same_for_the_same_input() -> None:
-    vertices = chest().vertices[::7]
-    np.testing.assert_array_equal(smooth_modes(vertices, 120, 6, 5), smooth_modes(vertices.copy(), 120, 6, 5))
+    vertices, share = chest().vertices[::7], np.ones(len(chest().vertices[::7]))
+    modes = [smooth_modes(place, share, 120, 6, 5) for place in (vertices, vertices.copy())]
+    np.testing.assert_array_equal(*modes)
     fields = [random_smooth_field(np.random.default_rng(3), vertices, vertices, 120, 5) for _ in range(2)]
     np.testing.assert_array_equal(*fields)
 
 
 def test_all_smooth_modes_together_move_points_by_the_stated_amount() -> None:
     vertices = chest().vertices[::7]
-    modes = smooth_modes(vertices, 120, 6.0, 40)
+    modes = smooth_modes(vertices, np.linspace(0.2, 1.0, len(vertices)), 120, 6.0, 40)
     assert np.sqrt((modes**2).sum(axis=(0, 2)).mean()) == pytest.approx(6.0, rel=0.02)
+
+
+def test_dense_vertices_count_for_the_little_skin_they_stand_for() -> None:
+    x = np.concatenate([np.arange(0, 100, 10.0), np.arange(100, 105, 1.0), np.arange(110, 300, 10.0)])
+    surface = sheet(np.zeros((30, len(x))), x, np.arange(0, 300, 10.0))
+    share = area_share(surface.vertices, surface.triangles).reshape(30, -1)
+    np.testing.assert_allclose(share[5, 11:14] / share[5, 4], 0.1, rtol=1e-6)
+    assert share.max() == 1.0
 
 
 def test_sliding_keeps_points_on_the_skin() -> None:
