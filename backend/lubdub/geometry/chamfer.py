@@ -25,7 +25,11 @@ def one_way_mm(points: np.ndarray, others: np.ndarray, keep: float = 1.0) -> flo
     """The mean distance from points (n, 3) to the nearest of others (m, 3); keep as in `chamfer_mm`."""
     if len(points) == 0 or len(others) == 0:
         raise ValueError("the distance to an empty point set is not defined")
+    return trimmed_mean(cKDTree(others).query(points)[0], keep)
+
+
+def trimmed_mean(gaps: np.ndarray, keep: float) -> float:
+    """The mean of the smallest gaps. gaps: (n,), n > 0; keep: their share, in (0, 1]."""
     if not 0 < keep <= 1:
         raise ValueError("keep must lie in (0, 1]")
-    gaps = np.sort(cKDTree(others).query(points)[0])
-    return float(gaps[: max(1, int(np.ceil(keep * len(gaps))))].mean())
+    return float(np.sort(gaps)[: max(1, int(np.ceil(keep * len(gaps))))].mean())

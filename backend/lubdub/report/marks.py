@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from lubdub.geometry.surface import unit
-from lubdub.report.render import Seen
+from lubdub.report.render import Seen, mean_near
 from lubdub.results import Area, AreaName
 
 Colour = tuple[int, int, int]
 Outline = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Signed distance to an outline of about radius 1 at (across, along): negative inside."""
+
+EVEN_MM = 5.0
+"""Reach over which the skin under a mark is evened out."""
 
 WHITE: Colour = (255, 255, 255)
 INK: Colour = (31, 42, 46)
@@ -72,7 +75,7 @@ def paint_area(picture: np.ndarray, seen: Seen, area: Area, style: AreaStyle, si
     picture = picture[window]
     towards = unit(area.normal)
     up = unit(np.array([0.0, 1.0, 0.0]) - towards[1] * towards)
-    away = seen.points[window] - area.position
+    away = _evened(seen, window) - area.position
     across, along = away @ np.cross(up, towards), away @ up
     pixel = seen.view.mm_per_pixel
     region = np.hypot(across, along) - area.radius_mm
@@ -83,6 +86,15 @@ def paint_area(picture: np.ndarray, seen: Seen, area: Area, style: AreaStyle, si
     _lay(picture, WHITE, 0.55 * _inside(shape, pixel))
     _lay(picture, WHITE, _inside(np.abs(shape) - stroke - 0.07 * size_mm, pixel))
     _lay(picture, style.colour, _inside(np.abs(shape) - stroke, pixel))
+
+
+def _evened(seen: Seen, window: tuple[slice, slice]) -> np.ndarray:
+    """(h, w, 3) the skin in a window without the scan's noise, which would fray every line drawn on it."""
+    points, met = seen.points[window], seen.met[window]
+    towards = seen.view.axes[2]
+    height = np.where(met, points @ towards, 0.0)
+    even = mean_near(height[..., None], met, EVEN_MM / seen.view.mm_per_pixel)[..., 0]
+    return np.asarray(points + (even - height)[..., None] * towards)
 
 
 def _window(seen: Seen, place: np.ndarray, reach_mm: float) -> tuple[slice, slice]:

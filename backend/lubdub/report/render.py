@@ -68,7 +68,7 @@ class Plaster:
     room: float = 0.34
     key_strength: float = 0.62
     fill_strength: float = 0.20
-    smooth_mm: float = 2.2
+    smooth_mm: float = 3.2
     """Normals are averaged over this far: a scan's noise is not the body's."""
     hollow_mm: float = 14.0
     """Places lower than their surroundings within this reach are darker, as in a room."""
@@ -99,20 +99,20 @@ def look(surface: Surface, view: View, step: int = 1) -> Seen:
 def brightness(seen: Seen, plaster: Plaster) -> np.ndarray:
     """(h, w) how bright each pixel of white plaster is, about 0.3 to 1.15."""
     pixel, met = seen.view.mm_per_pixel * seen.step, seen.met[:: seen.step, :: seen.step]
-    blurred = _mean_near(seen.normals, met, plaster.smooth_mm / pixel)
+    blurred = mean_near(seen.normals, met, plaster.smooth_mm / pixel)
     normals = unit(blurred) @ seen.view.axes.T
     key, fill = unit(np.array(plaster.key)), unit(np.array(plaster.fill))
     lit = plaster.room * (0.75 + 0.25 * normals[..., 1])
     lit = lit + plaster.key_strength * np.clip((normals @ key + 0.25) / 1.25, 0, None)
     lit = lit + plaster.fill_strength * np.clip(normals @ fill, 0, None)
-    around = _mean_near(seen.height[..., None], met, plaster.hollow_mm / pixel)[..., 0]
+    around = mean_near(seen.height[..., None], met, plaster.hollow_mm / pixel)[..., 0]
     above = seen.height - around
     lit = lit * np.clip(1 + plaster.hollow_strength * above, 0.7, 1.12)
     wide = lit.repeat(seen.step, axis=0).repeat(seen.step, axis=1)
     return np.asarray(wide[: seen.met.shape[0], : seen.met.shape[1]])
 
 
-def _mean_near(values: np.ndarray, met: np.ndarray, sigma: float) -> np.ndarray:
+def mean_near(values: np.ndarray, met: np.ndarray, sigma: float) -> np.ndarray:
     """Mean of the pixels (h, w, c) that show something, weighted nearly as a Gaussian of sigma pixels would."""
     # Two passes of a box of this side have the Gaussian's variance, at a cost that does not grow with sigma.
     side = max(1, round(sigma * np.sqrt(6)))
