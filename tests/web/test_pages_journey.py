@@ -240,7 +240,7 @@ def test_deleting_shows_a_receipt_and_nothing_is_left(family: Family) -> None:
 def test_samples_are_read_youngest_first(tmp_path: Path) -> None:
     for name, age in (("grown", 40), ("small", 0.5), ("child", 6)):
         (tmp_path / name).mkdir()
-        (tmp_path / name / "scan.ply").write_bytes(b"ply")
+        (tmp_path / name / f"{name}.ply").write_bytes(b"ply")
         (tmp_path / name / "patient.json").write_text(json.dumps({"age_years": age, "sex": "female"}))
     (tmp_path / "without-a-scan").mkdir()
     (tmp_path / "without-a-scan" / "patient.json").write_text(json.dumps({"age_years": 1}))

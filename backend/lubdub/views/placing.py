@@ -15,14 +15,14 @@ from lubdub.geometry.raycast import SkinCaster
 from lubdub.results import LANDMARK_NAMES, CleanScan, Landmark, LandmarkName, Landmarks
 from lubdub.views.export import dressed
 from lubdub.views.framing import framed
-from lubdub.views.scene import VIEW, show_body, show_landmarks
+from lubdub.views.scene import VIEW, show_body, show_landmarks, trunk_mm
 
 Placed = Callable[[LandmarkName, np.ndarray], None]
 """Called with a landmark's name and its new place (3,), mm, body frame, on the shown skin."""
 
 NUMBERS: dict[LandmarkName, int] = {name: number for number, name in enumerate(LANDMARK_NAMES, start=1)}
-PIN_SHARE = 0.045
-"""A pin's size as a share of the chest's width: 8 mm on a young child, 15 mm on an adult."""
+PIN_SHARE = 0.036
+"""A pin's size as a share of the way from notch to navel: 8 mm on a young child, 13 mm on an adult."""
 
 
 class NotOneViewer(Exception):
@@ -43,8 +43,7 @@ class PlacingView:
         self._on_placed = on_placed
         self._lock = threading.Lock()
         self._shown: dict[LandmarkName, Any] = {}
-        width = float(np.ptp(np.percentile(scan.points[:, 0], [2.0, 98.0])))
-        self._pin_mm = PIN_SHARE * width
+        self._pin_mm = PIN_SHARE * trunk_mm(scan, landmarks)
         skin = show_body(server, scan, landmarks)
         skin.on_click(self._tapped)
         self._frame_each_window(scan, landmarks)

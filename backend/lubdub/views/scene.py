@@ -28,6 +28,8 @@ DROP_MM = 60.0
 """From how far outside things are dropped onto the skin: above any bulge within a chestpiece's reach."""
 LIFT_MM = 1.6
 """How far things laid on the skin stand off it, so that they do not flicker through."""
+PLATE_SIZE, PLATE_ASIDE, PLATE_DOWN = 0.21, 0.26, 0.76
+"""Shares of the way from notch to navel: on the flanks of the belly, clear of arms, ribs' edge and the four areas."""
 PLATE_LIFT_MM = 8.0
 """The plates are flat and wide: they stand off a curved flank."""
 
@@ -76,18 +78,23 @@ def show_body(server: viser.ViserServer, scan: CleanScan, landmarks: Landmarks) 
 
 
 def show_sides(scene: viser.SceneApi, scan: CleanScan, landmarks: Landmarks) -> None:
-    """Plates that say whose left is left, glued to the lower ribs so that they turn with the body."""
-    left, right = np.percentile(scan.points[:, 0], [2.0, 98.0])
-    bottom = np.percentile(scan.points[:, 1], 2.0)
-    navel = landmarks.get("navel")
-    height = max(0.86 * float(navel.position[1]), bottom * 0.9) if navel is not None else 0.8 * bottom
+    """Plates that say whose left is left, glued to the trunk so that they turn with the body."""
+    trunk = trunk_mm(scan, landmarks)
     front = float(scan.points[:, 2].max()) + 200.0
-    width = 0.21 * (right - left)
     skin = SkinCaster(scan.display)
-    for side, edge, words in (("right", left, "patient's\nright"), ("left", right, "patient's\nleft")):
-        found = _flattest(skin, scan.display, np.array([0.62 * edge, height, front]), width / 2)
+    for side, sign, words in (("right", -1.0, "patient's\nright"), ("left", 1.0, "patient's\nleft")):
+        start = np.array([sign * PLATE_ASIDE * trunk, -PLATE_DOWN * trunk, front])
+        found = _flattest(skin, scan.display, start, PLATE_SIZE * trunk / 2)
         if found is not None:
-            _lay(scene, f"/sides/{side}", stickers.plate(words), found[0], _facing(found[1]), width, PLATE_LIFT_MM)
+            plate = stickers.plate(words)
+            _lay(scene, f"/sides/{side}", plate, found[0], _facing(found[1]), PLATE_SIZE * trunk, PLATE_LIFT_MM)
+
+
+def trunk_mm(scan: CleanScan, landmarks: Landmarks) -> float:
+    """From the notch to the navel, or to where it should be: the measure for plates and pins."""
+    if "navel" in landmarks:
+        return max(100.0, -float(landmarks["navel"].position[1]))
+    return max(100.0, -0.8 * float(np.percentile(scan.points[:, 1], 2.0)))
 
 
 def _flattest(

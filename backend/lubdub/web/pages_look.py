@@ -10,12 +10,12 @@ from typing import Any
 from babel.messages.pofile import read_po
 from babel.support import NullTranslations
 from fastapi import Request
-from fastapi.responses import HTMLResponse
+from fastapi.responses import HTMLResponse, Response
 from jinja2 import Environment, FileSystemLoader, select_autoescape
 from markupsafe import Markup
 
 from lubdub.cases.values import FamilySession
-from lubdub.settings import PROJECT_FOLDER
+from lubdub.settings import PROJECT_FOLDER, Settings
 from lubdub.views.stickers import AREA_STYLES, Colour
 from lubdub.web.guard import CSRF_FIELD, csrf_token
 
@@ -103,9 +103,18 @@ def language_of(request: Request) -> str:
 def person_words(request: Request) -> dict[str, str]:
     """How the page speaks of the person: as chosen on the second page."""
     _ = gettext_of(request)
-    if request.cookies.get(WHO_COOKIE) == "self":
+    who = request.cookies.get(WHO_COOKIE)
+    if who == "self":
         return {"person": _("the person who helps you"), "persons": _("your")}
+    if who == "sample":
+        return {"person": _("the person"), "persons": _("the person's")}
     return {"person": _("your child"), "persons": _("your child's")}
+
+
+def remember_who(response: Response, who: str, settings: Settings) -> Response:
+    """Keep how to speak of the person: `child`, `self` or `sample`."""
+    response.set_cookie(WHO_COOKIE, who, httponly=True, samesite="lax", secure=settings.is_https)
+    return response
 
 
 def render(

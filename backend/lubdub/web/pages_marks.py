@@ -26,7 +26,11 @@ class Marks:
 
     def confirmed(self, asked: tuple[LandmarkName, ...]) -> Marks:
         """The sides are right; the first point is asked for."""
-        return replace(self, sides_confirmed=True, target=self.target or self._open(asked))
+        return replace(self, sides_confirmed=True, target=self.target or asked[0])
+
+    def with_known(self, placed: Mapping[str, list[float]]) -> Marks:
+        """Points that are known from elsewhere; they can still be moved."""
+        return replace(self, placed=dict(placed))
 
     def with_placed(self, name: LandmarkName, position: list[float]) -> Marks:
         """A point put somewhere, or moved. It stays the target, so that the next tap corrects it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,15 +17,20 @@ from lubdub.web.problems import Problem
 
 DEMOS = PROJECT_FOLDER / "references" / "demo"
 CARD = "patient.json"
+LANDMARKS = "landmarks.json"
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A made-up body: its folder's name, the scan's file, and who it is."""
+    """A made-up body: its folder's name, the scan's file, who it is, and where its points are known to lie.
+
+    landmarks: name -> [x, y, z] in the file's own coordinates: nobody can feel the bones of a sample.
+    """
 
     name: str
     scan: Path
     patient: NewCase
+    landmarks: Mapping[str, list[float]]
 
     async def chunks(self) -> AsyncIterator[bytes]:
         """The scan."""
@@ -52,7 +57,7 @@ def samples_to_try(gettext: Callable[[str], str]) -> list[dict[str, str]]:
 
 
 def _read(card: Path) -> Sample | None:
-    scan = next((file for file in sorted(card.parent.iterdir()) if file.stem == "scan"), None)
+    scan = next((file for file in sorted(card.parent.iterdir()) if file.suffix != ".json"), None)
     if scan is None:
         return None
     said: dict[str, Any] = json.loads(card.read_text(encoding="utf-8"))
@@ -62,7 +67,9 @@ def _read(card: Path) -> Sample | None:
         posture="sitting" if said.get("posture") == "sitting" else "supine",
         answers=dict.fromkeys(STOP_REASONS, "no"),
     )
-    return Sample(card.parent.name, scan, patient)
+    known = card.parent / LANDMARKS
+    landmarks = json.loads(known.read_text(encoding="utf-8")) if known.exists() else {}
+    return Sample(card.parent.name, scan, patient, landmarks)
 
 
 def _title(patient: NewCase, gettext: Callable[[str], str]) -> str:

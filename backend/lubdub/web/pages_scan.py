@@ -16,7 +16,7 @@ from lubdub.results import Examination, Reason
 from lubdub.web.actions import UnitName
 from lubdub.web.deps import ActionsDep, CaseDep, FamilyDep, FormGuard, SettingsDep
 from lubdub.web.pages_common import STEP_OF, DeskDep, FormDep, asked_of, go, next_path, said
-from lubdub.web.pages_look import gettext_of, person_words, render
+from lubdub.web.pages_look import gettext_of, person_words, remember_who, render
 from lubdub.web.pages_samples import sample, samples_to_try
 from lubdub.web.pages_sizes import SizeWords
 
@@ -53,12 +53,15 @@ async def scan_sent(
 
 
 @router.post("/samples", dependencies=[FormGuard])
-async def sample_chosen(family: FamilyDep, form: FormDep, actions: ActionsDep) -> Response:
+async def sample_chosen(
+    family: FamilyDep, form: FormDep, actions: ActionsDep, desk: DeskDep, settings: SettingsDep
+) -> Response:
     """A made-up body instead of a scan: a case of its own, with that body's age and sex."""
     chosen = sample(said(form, "name"))
     case, _new = await run_in_threadpool(actions.open, family.actor, chosen.patient)
     await actions.receive_scan(family.actor, case.id, chosen.chunks())
-    return go(f"/cases/{case.id}/checking")
+    await run_in_threadpool(desk.change, case.id, lambda marks: marks.with_known(chosen.landmarks))
+    return remember_who(go(f"/cases/{case.id}/checking"), "sample", settings)
 
 
 @router.get("/cases/{case_id}/checking")

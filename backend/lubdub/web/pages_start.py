@@ -12,7 +12,7 @@ from lubdub.cases.values import Answer, NewCase, StopQuestion
 from lubdub.results import PUBERTY_YEARS
 from lubdub.web.deps import ActionsDep, FamilyDep, FormGuard, SettingsDep
 from lubdub.web.pages_common import STEP_OF, FormDep, go, said
-from lubdub.web.pages_look import WHO_COOKIE, gettext_of, render
+from lubdub.web.pages_look import gettext_of, remember_who, render
 from lubdub.web.pages_samples import samples_to_try
 
 OLDEST_YEARS = 120
@@ -68,15 +68,7 @@ def health_said(
     if errors:
         return _health(request, family, given, errors)
     case, _new = actions.open(family.actor, new_case(given))
-    response = go(f"/cases/{case.id}")
-    response.set_cookie(
-        WHO_COOKIE,
-        "self" if given["who"] == "self" else "child",
-        httponly=True,
-        samesite="lax",
-        secure=settings.is_https,
-    )
-    return response
+    return remember_who(go(f"/cases/{case.id}"), "self" if given["who"] == "self" else "child", settings)
 
 
 def _health(request: Request, family: FamilyDep, given: dict[str, str], errors: dict[str, str]) -> Response:
