@@ -219,6 +219,17 @@ def test_every_change_has_one_line_in_a_chain_nobody_can_bend(room: Room) -> Non
             session.execute(sa.text(change))
 
 
+def test_looking_at_a_body_is_written_down(room: Room) -> None:
+    actor = room.portal()
+    case, _ = room.store.create(actor, girl_of_six())
+    room.store.note_reading(actor, case.id, "view.read")
+    with pytest.raises(CaseNotFound):
+        room.store.note_reading(room.portal("b"), case.id, "view.read")
+    with room.database.reading() as session:
+        lines = session.scalars(sa.select(AuditRow).where(AuditRow.action == "view.read")).all()
+    assert [(line.actor, line.case_id) for line in lines] == [(actor.name, case.id)]
+
+
 def test_a_bent_line_is_found(room: Room) -> None:
     room.store.create(room.portal(), girl_of_six())
     with room.database.writing() as session:

@@ -17,7 +17,15 @@ from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import FileNotFound, SealBroken
 from lubdub.cases.models import CaseKeyRow, FileRow
-from lubdub.cases.sealing import KEY_BYTES, FrameSealer, load_master_key, open_frames, unwrap_key, wrap_key
+from lubdub.cases.sealing import (
+    KEY_BYTES,
+    FrameSealer,
+    MasterKeyUnusable,
+    load_master_key,
+    open_frames,
+    unwrap_key,
+    wrap_key,
+)
 
 Artefact = Literal[
     "scan", "examination.npz", "examination.json", "scan.ply", "outcome.npz", "result.json", "view.html", "marks.json"
@@ -45,6 +53,7 @@ class FileVault:
     def __init__(self, database: Database, store_url: str, master_key: Path) -> None:
         """Over an open database and store. Raises MasterKeyUnusable."""
         self._database = database
+        self._master_file = master_key
         self._master = load_master_key(master_key)
         is_folder = store_url.startswith("file:")
         self._store: ObjectStore = from_url(store_url, mkdir=True) if is_folder else from_url(store_url)
@@ -131,6 +140,15 @@ class FileVault:
             unwrap_key(self._master, bytes(obstore.get(self._store, place).bytes()), place)
         finally:
             self._remove(place)
+
+    def check_key(self) -> None:
+        """Whether the master key is still on disk and opens what is stored. Raises MasterKeyUnusable, SealBroken."""
+        if load_master_key(self._master_file) != self._master:
+            raise MasterKeyUnusable("The master key's file was exchanged while the service runs. Put it back.")
+        with self._database.reading() as session:
+            newest = session.scalar(sa.select(CaseKeyRow).order_by(CaseKeyRow.created_at.desc()).limit(1))
+            if newest is not None:
+                unwrap_key(self._master, newest.wrapped_key, newest.case_id)
 
     def _remove(self, place: str) -> None:
         try:

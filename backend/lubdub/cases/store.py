@@ -11,6 +11,7 @@ from typing import Literal
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
+from lubdub.cases import audit
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import IdempotencyMismatch, StateConflict
@@ -88,6 +89,13 @@ class CaseStore:
         """The case as it stands."""
         with self._database.reading() as session:
             return to_value(session, find(session, actor, case_id))
+
+    def note_reading(self, actor: Actor, case_id: str, action: str) -> Case:
+        """The case, with a line in the audit trail that the actor looks at something of the person's body."""
+        with self._database.writing() as session:
+            row = find(session, actor, case_id)
+            audit.append(self._database, session, actor, action, row.id, now())
+            return to_value(session, row)
 
     def list_cases(self, actor: Actor, limit: int = 50) -> list[Case]:
         """The actor's cases, newest first."""

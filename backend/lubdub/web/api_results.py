@@ -57,19 +57,19 @@ def _draw(outcome: bytes, case: Case) -> bytes:
 @router.get("/cases/{case_id}/result", responses=problems("state-conflict"))
 def read_result(case_id: str, actor: ReaderDep, store: StoreDep, files: FilesDep) -> dict[str, Any]:
     """The four areas, or the reason why none are shown; positions in the file's own coordinates and unit."""
-    return result_of(store.get(actor, case_id), files)
+    return result_of(store.note_reading(actor, case_id, "result.read"), files)
 
 
 @router.get("/cases/{case_id}/view.html", response_class=HTMLResponse, responses=problems("file-not-ready"))
 def read_view(case_id: str, actor: ReaderDep, store: StoreDep, files: FilesDep) -> HTMLResponse:
     """The result in 3D as one page that needs no connection. Show it in a sandboxed frame."""
-    page = view_of(store.get(actor, case_id), files)
+    page = view_of(store.note_reading(actor, case_id, "view.read"), files)
     return HTMLResponse(page, headers={"Content-Security-Policy": VIEW_POLICY})
 
 
 @router.get("/cases/{case_id}/scan.ply", response_class=StreamingResponse, responses=problems("file-not-ready"))
 def read_surface(case_id: str, actor: ReaderDep, store: StoreDep, files: FilesDep) -> StreamingResponse:
     """The cleaned surface as PLY, in the file's own coordinates and unit."""
-    store.get(actor, case_id)
+    store.note_reading(actor, case_id, "surface.read")
     name = {"Content-Disposition": 'attachment; filename="scan.ply"'}
     return StreamingResponse(files.stream(case_id, "scan.ply"), media_type="application/octet-stream", headers=name)

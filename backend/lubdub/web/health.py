@@ -32,6 +32,7 @@ def ready(services: ServicesDep) -> JSONResponse:
     checks = {
         "database": _works(services.database.ask),
         "store": _works(services.files.probe),
+        "key": _works(services.files.check_key),
         "worker": _works(lambda: _worker_lives(services)),
     }
     seen = services.desk.last_seen() if checks["database"] else None

@@ -8,12 +8,12 @@ import time
 from collections import OrderedDict
 
 from starlette.formparsers import MultiPartParser
-from starlette.requests import HTTPConnection
+from starlette.requests import HTTPConnection, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from lubdub.settings import Settings
 from lubdub.web.guard import cookie_name
-from lubdub.web.problems import Problem, problem_response
+from lubdub.web.problems import Problem, answer_error
 
 MEGABYTE = 1_000_000
 FORM_BYTES = 20 * MEGABYTE
@@ -49,7 +49,7 @@ class BodyLimit:
         allowed = allowed_bytes(scope, self._settings)
         announced = HTTPConnection(scope).headers.get("content-length", "0")
         if not announced.isdecimal() or int(announced) > allowed:
-            return await problem_response(_too_large(allowed))(scope, receive, send)
+            return await _answer(_too_large(allowed), scope, receive, send)
         taken = 0
 
         async def counted() -> Message:
@@ -61,6 +61,11 @@ class BodyLimit:
             return message
 
         return await self._app(scope, counted, send)
+
+
+async def _answer(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
+    response = await answer_error(Request(scope), problem)
+    await response(scope, receive, send)
 
 
 def _too_large(allowed: int) -> Problem:
@@ -84,7 +89,7 @@ class RateLimit:
             wait = self._take(self._caller(HTTPConnection(scope)), time.monotonic())
             if wait > 0:
                 problem = Problem("too-many-requests", "Please wait a little.", {"Retry-After": str(int(wait) + 1)})
-                return await problem_response(problem)(scope, receive, send)
+                return await _answer(problem, scope, receive, send)
         return await self._app(scope, receive, send)
 
     def _caller(self, connection: HTTPConnection) -> str:
