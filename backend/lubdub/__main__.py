@@ -2,6 +2,10 @@
 
 import sys
 
-from lubdub.cli import main
+try:
+    from lubdub.cli import main
 
-sys.exit(main(sys.argv[1:]))
+    code = main(sys.argv[1:])
+except KeyboardInterrupt:  # while this very package was being loaded
+    code = 130
+sys.exit(code)
