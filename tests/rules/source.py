@@ -45,14 +45,23 @@ def imports(module: Module) -> Iterator[tuple[int, str]]:
 
 @cache
 def tracked_files() -> tuple[Path, ...]:
-    """The repository's own files: what git tracks."""
-    listing = subprocess.run(
-        ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached"],
-        cwd=ROOT,
-        capture_output=True,
-        check=True,
-    )
+    """The repository's own files: what git tracks; in a copy without git, all but what .gitignore names."""
+    try:
+        listing = subprocess.run(
+            ["git", "-c", "safe.directory=*", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return tuple(sorted(_files_below(ROOT)))
     return tuple(ROOT / name for name in listing.stdout.decode().split("\0") if name and (ROOT / name).is_file())
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    ignored = [line.strip("/") for line in (ROOT / ".gitignore").read_text().split() if line.endswith("/")]
+    for path in folder.iterdir():
+        if path.is_dir() and path.name not in {*ignored, ".git"}:
+            yield from _files_below(path)
+        elif path.is_file() and path.suffix != ".pyc":
+            yield path
 
 
 def text_of(path: Path) -> str | None:
