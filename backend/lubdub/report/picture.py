@@ -40,8 +40,8 @@ class Framing:
     """Percentiles of the skin that must fit in from side to side: arms may be cut off, the chest not."""
     side_turn_deg: float = 32.0
     """The second look is from the patient's left: two surfaces over each other show nothing from the front."""
-    shape_share: float = 0.054
-    """Radius of an area's shape, of the trunk: 20 mm on an adult, near a chestpiece at any age."""
+    shape_share: float = 0.048
+    """Radius of an area's shape, of the trunk: 18 mm on an adult, near a chestpiece at any age."""
 
 
 FRAMING = Framing()

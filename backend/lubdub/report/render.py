@@ -68,8 +68,8 @@ class Plaster:
     room: float = 0.34
     key_strength: float = 0.62
     fill_strength: float = 0.20
-    smooth_mm: float = 3.2
-    """Normals are averaged over this far: a scan's noise is not the body's."""
+    smooth_mm: float = 3.8
+    """Normals and heights are averaged over this far: a scan's noise is not the body's."""
     hollow_mm: float = 14.0
     """Places lower than their surroundings within this reach are darker, as in a room."""
     hollow_strength: float = 0.035
@@ -106,7 +106,7 @@ def brightness(seen: Seen, plaster: Plaster) -> np.ndarray:
     lit = lit + plaster.key_strength * np.clip((normals @ key + 0.25) / 1.25, 0, None)
     lit = lit + plaster.fill_strength * np.clip(normals @ fill, 0, None)
     around = mean_near(seen.height[..., None], met, plaster.hollow_mm / pixel)[..., 0]
-    above = seen.height - around
+    above = mean_near(seen.height[..., None], met, plaster.smooth_mm / pixel)[..., 0] - around
     lit = lit * np.clip(1 + plaster.hollow_strength * above, 0.7, 1.12)
     wide = lit.repeat(seen.step, axis=0).repeat(seen.step, axis=1)
     return np.asarray(wide[: seen.met.shape[0], : seen.met.shape[1]])
