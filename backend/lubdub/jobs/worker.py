@@ -74,6 +74,7 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
         cpu_s=settings.job_cpu_s,
         wall_s=settings.job_wall_s,
         file_mb=settings.job_output_mb,
+        readable=() if settings.references_dir is None else (str(settings.references_dir.resolve()),),
     )
     workbench = Workbench(desk, vault, forks, JobSettings(limits, tasks or TaskNames(), settings.references_dir))
     stopping = threading.Event()
