@@ -13,7 +13,7 @@ from lubdub.geometry.surface import Surface, unit
 @dataclass(frozen=True)
 class Hits:
     """What k rays met. met: (k,) bool; triangle: (k,) int64 and weights: (k, 3) barycentric, both meaningless
-    where nothing was met; points: (k, 3), the ray's own far end is not given: rows of misses are NaN."""
+    where nothing was met; points: (k, 3) to about a thousandth of a millimetre, NaN where nothing was met."""
 
     met: np.ndarray
     triangle: np.ndarray
@@ -29,7 +29,6 @@ class SkinCaster:
 
         if surface.is_cloud:
             raise ValueError("a cloud has no skin to meet; triangulate it first")
-        self._corners = surface.vertices[surface.triangles]
         # Open3D casts in float32: keep the numbers small by casting about the surface's middle.
         self._middle = (surface.vertices.min(0) + surface.vertices.max(0)) / 2
         core: Any = open3d.core  # its stub knows no numpy arrays
@@ -49,8 +48,8 @@ class SkinCaster:
         triangle = np.where(met, answer["primitive_ids"].numpy().astype(np.int64), 0)
         second, third = answer["primitive_uvs"].numpy().astype(np.float64).T
         weights = np.stack([1 - second - third, second, third], axis=1)
-        points = np.einsum("kc,kcd->kd", weights, self._corners[triangle])
-        points[~met] = np.nan
+        distance = np.where(met, answer["t_hit"].numpy(), np.nan).astype(np.float64)
+        points = origins + distance[:, None] * directions
         return Hits(met, triangle, weights, points)
 
     def hit(self, origin: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
