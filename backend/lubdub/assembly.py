@@ -127,18 +127,21 @@ def provenance(method: MethodName, library: Library) -> dict[str, str]:
     }
 
 
-def examined(chest: Chest) -> Examination:
-    """What can be said of a scan before anybody marked it. The chest must have a fit."""
+def examined(chest: Chest, trunk_weight: np.ndarray) -> Examination:
+    """What can be said of a scan before anybody marked it. The chest must have a fit.
+
+    trunk_weight: the basis' data_weight; the chest is measured on the fitted trunk, without the arms beside it.
+    """
     if chest.fit is None:
         raise ValueError("an examination needs a fitted body")
     points = chest.scan.points
     low, high = np.percentile(points, (0.5, 99.5), axis=0)
     fitted = chest.fit.landmarks
     length = float(np.linalg.norm(fitted["suprasternal_notch"] - fitted["xiphisternum"]))
-    at_chest = points[np.abs(points[:, 1] - fitted["xiphisternum"][1]) < 0.25 * length]
+    trunk = chest.fit.surface.vertices[trunk_weight > 0.5]
+    at_chest = trunk[np.abs(trunk[:, 1] - fitted["xiphisternum"][1]) < 0.25 * length]
     size = {"width_mm": high[0] - low[0], "length_mm": high[1] - low[1], "depth_mm": high[2] - low[2]}
-    if len(at_chest) > 50:
-        size["chest_width_mm"] = np.ptp(np.percentile(at_chest[:, 0], (0.5, 99.5)))
+    size["chest_width_mm"] = np.ptp(at_chest[:, 0])
     places = np.array([*chest.fit.areas.values(), fitted["suprasternal_notch"]])
     coverage = chest_coverage(chest.scan, places, length / ADULT_STERNUM_MM)
     return Examination(

@@ -54,7 +54,7 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
         laid = stages.lay_down(clean(raw, unit, request.landmarks), request.landmarks, library.basis)
     with clock("fit"):
         chest = stages.understand(laid, request.patient, "lubdub", library)
-    return assembly.examined(chest)
+    return assembly.examined(chest, library.basis.data_weight)
 
 
 def locate(data: bytes, request: Request, library: Library, progress: Progress = quiet) -> Outcome:

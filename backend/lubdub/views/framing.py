@@ -14,6 +14,8 @@ MARGIN = 1.12
 ABOVE_NOTCH = 0.10
 """Share of the trunk's length shown above the notch: collarbones and a little neck."""
 BELOW_NAVEL = 0.08
+TRUNK_HALF_BREADTH = 0.6
+"""Share of the way from notch to navel: a broad chest with a little of the upper arms."""
 USUAL_ASPECT = 0.85
 """Width over height the host pages give the view on a phone and on a desk."""
 
@@ -38,6 +40,10 @@ def framed(scan: CleanScan, landmarks: Landmarks, aspect: float = USUAL_ASPECT) 
     if len(shown) == 0:
         shown = points
     left, right = np.percentile(shown[:, 0], [2.0, 98.0])
+    if "navel" in landmarks:
+        # Arms may leave the picture: the trunk is what people look at.
+        middle, half = float(landmarks["navel"].position[0]), TRUNK_HALF_BREADTH * trunk
+        left, right = max(left, middle - half), min(right, middle + half)
     centre = np.array([(left + right) / 2, (top + bottom) / 2, np.percentile(shown[:, 2], 80.0)])
     height = max(top - bottom, (right - left) / max(aspect, 0.2)) * MARGIN
     distance = height / 2 / np.tan(FIELD_OF_VIEW / 2)

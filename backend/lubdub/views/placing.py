@@ -21,8 +21,8 @@ Placed = Callable[[LandmarkName, np.ndarray], None]
 """Called with a landmark's name and its new place (3,), mm, body frame, on the shown skin."""
 
 NUMBERS: dict[LandmarkName, int] = {name: number for number, name in enumerate(LANDMARK_NAMES, start=1)}
-PIN_SHARE = 0.036
-"""A pin's size as a share of the way from notch to navel: 8 mm on a young child, 13 mm on an adult."""
+PIN_SHARE = 0.045
+"""A pin's size as a share of the way from notch to navel: 10 mm on a young child, 17 mm on an adult."""
 
 
 class NotOneViewer(Exception):

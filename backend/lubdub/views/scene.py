@@ -28,7 +28,7 @@ DROP_MM = 60.0
 """From how far outside things are dropped onto the skin: above any bulge within a chestpiece's reach."""
 LIFT_MM = 1.6
 """How far things laid on the skin stand off it, so that they do not flicker through."""
-PLATE_SIZE, PLATE_ASIDE, PLATE_DOWN = 0.21, 0.26, 0.76
+PLATE_SIZE, PLATE_ASIDE, PLATE_DOWN = 0.19, 0.22, 0.78
 """Shares of the way from notch to navel: on the flanks of the belly, clear of arms, ribs' edge and the four areas."""
 PLATE_LIFT_MM = 8.0
 """The plates are flat and wide: they stand off a curved flank."""
