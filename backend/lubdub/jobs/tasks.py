@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,6 +14,7 @@ import numpy as np
 
 from lubdub import pipeline
 from lubdub.cases.screening import unsure_reasons
+from lubdub.geometry.sparse import solver_name
 from lubdub.jobs.bundle import Bundle
 from lubdub.library.load import load_library
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
@@ -20,9 +22,15 @@ from lubdub.report.result_json import examination_json, result_json
 from lubdub.results import CleanScan, Library, Outcome, Patient, Progress
 from lubdub.settings import Settings
 
+NEEDED_LATER = ("scipy.optimize", "trimesh.exchange.ply", "PIL.Image")
+"""Modules every job imports on its way; a fresh child would spend a second on them. None starts a thread."""
+
 
 def warm_up() -> None:
     """Load what every job needs, once, before the first child is forked."""
+    for module in NEEDED_LATER:
+        importlib.import_module(module)
+    solver_name()
     _library(Settings().references_dir)
 
 
