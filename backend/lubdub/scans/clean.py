@@ -115,7 +115,7 @@ def _finished(
     normals, was_inside_out = turned_outward(points, _normals(points, near, by_triangles))
     if was_inside_out and by_triangles is not None:
         notes = (*notes, "the surface was inside out and was turned round")
-    display = draped(points, normals) if surface.is_cloud else light_mesh(surface, points, normals)
+    display = draped(points, normals, near) if surface.is_cloud else light_mesh(surface, points, normals)
     return CleanScan(points, normals, border(points, normals, near), display, to_mm, unit, notes, warnings)
 
 

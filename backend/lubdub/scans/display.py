@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
-from scipy.spatial import Delaunay, cKDTree
+from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from lubdub.geometry.surface import Surface, unit
-from lubdub.scans.normals import wound_like
+from lubdub.scans.normals import Neighbourhood, wound_like
+from lubdub.scans.pieces import connected
 from lubdub.scans.thin import evenly
 
 MOST_VERTICES = 40_000
 _LONGEST_EDGE = 4.0  # times the usual spacing; longer ones would close holes that the scan really has
 _ONE_SIDED = 0.45  # length of the mean normal: 0.64 for a half cylinder, about 0 all the way round
-_SEAM = 0.4  # radians of overlap where an unrolled body is joined again
+_SEEN = 0.35  # cosine: a corner of a cube faces three of its sides at 0.58
+_SHEET_GAP = 2.0  # times the distance to the 4th neighbour
+_LEAST_SHEET = 8
+_OVERLAP = 0.2  # of 3: views overlap a little rather than leave cracks between them
+_EASED_OVER = 10  # neighbours: 2.5 mm noise becomes 0.8 mm, and a nipple keeps most of its height
 
 
 def light_mesh(surface: Surface, points: np.ndarray, normals: np.ndarray) -> Surface:
@@ -44,35 +51,57 @@ def _without_loose(surface: Surface) -> Surface:
     return surface.kept(used)
 
 
-def draped(points: np.ndarray, normals: np.ndarray) -> Surface:
-    """A cloud joined to a skin, wound outward: laid flat when seen from one side, unrolled when all round."""
+def draped(points: np.ndarray, normals: np.ndarray, near: Neighbourhood) -> Surface:
+    """A cloud joined to a skin, wound outward and eased a little, so that noise does not look like fur.
+
+    Seen from one side it is laid flat and joined there; a body scanned all round, once for each of six sides.
+    """
     view = normals.mean(axis=0)
     if np.linalg.norm(view) > _ONE_SIDED:
-        triangles = Delaunay(_laid_flat(points, unit(view))).simplices
+        triangles = _joined_flat(points, unit(view))
     else:
-        triangles = _unrolled(points)
-    triangles = _short(points, triangles.astype(np.int64))
-    return wound_like(Surface(points, triangles), normals)
+        triangles = _joined_by_sides(points, normals, near)
+    triangles = _short(points, triangles)
+    return wound_like(Surface(_eased(points, normals, near), triangles), normals)
 
 
-def _laid_flat(points: np.ndarray, view: np.ndarray) -> np.ndarray:
+def _eased(points: np.ndarray, normals: np.ndarray, near: Neighbourhood) -> np.ndarray:
+    """Each point moved along its normal to the height of its nearest neighbours."""
+    middle = points[near.index[:, :_EASED_OVER]].mean(axis=1)
+    return np.asarray(points + normals * ((middle - points) * normals).sum(axis=1, keepdims=True))
+
+
+def _joined_flat(points: np.ndarray, view: np.ndarray) -> np.ndarray:
+    """(m, 3) Delaunay triangles of the points as seen along view; none when they lie in a line."""
     first = unit(np.cross(view, np.eye(3)[np.abs(view).argmin()]))
-    return np.asarray(points @ np.stack([first, np.cross(view, first)], axis=1))
+    try:
+        return np.asarray(Delaunay(points @ np.stack([first, np.cross(view, first)], axis=1)).simplices, np.int64)
+    except QhullError:
+        return np.zeros((0, 3), np.int64)
 
 
-def _unrolled(points: np.ndarray) -> np.ndarray:
-    """Triangles over angle and height about the long axis; a strip is repeated so that the seam closes."""
+def _joined_by_sides(points: np.ndarray, normals: np.ndarray, near: Neighbourhood) -> np.ndarray:
+    """Triangles of six views along the body's own axes, each taken from the view that it faces most."""
     off = points - points.mean(axis=0)
-    axes = np.linalg.eigh(off.T @ off)[1]
-    across, deep, along = (off @ axes[:, [1, 0, 2]]).T
-    angle = np.arctan2(deep, across)
-    girth = float(np.hypot(across, deep).mean())
-    repeated = np.flatnonzero(angle < -np.pi + _SEAM)
-    sheet = np.stack([np.concatenate([angle, angle[repeated] + 2 * np.pi]) * girth, np.append(along, along[repeated])])
-    owner = np.append(np.arange(len(points)), repeated)
-    triangles = owner[Delaunay(sheet.T).simplices]
-    a, b, c = triangles.T
-    return _once(triangles[(a != b) & (b != c) & (c != a)])
+    axes = np.linalg.eigh(off.T @ off)[1].T
+    sides = np.concatenate([axes, -axes])
+    parts = [np.zeros((0, 3), np.int64)]
+    for side in sides:
+        for sheet in _sheets(points, normals @ side > _SEEN, near):
+            triangles = sheet[_joined_flat(points[sheet], side)]
+            facing = normals[triangles].sum(axis=1)
+            parts.append(triangles[facing @ side > (facing @ sides.T).max(axis=1) - _OVERLAP])
+    return _once(np.concatenate(parts))
+
+
+def _sheets(points: np.ndarray, seen: np.ndarray, near: Neighbourhood) -> Iterator[np.ndarray]:
+    """The points seen from a side, sheet by sheet: an arm's outside hides the flank, but does not touch it."""
+    chosen = np.flatnonzero(seen)
+    if len(chosen) == 0:
+        return
+    label = connected(points[chosen], _SHEET_GAP * float(np.median(near.reach[:, 4])))
+    for number in np.flatnonzero(np.bincount(label) >= _LEAST_SHEET):
+        yield chosen[label == number]
 
 
 def _short(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

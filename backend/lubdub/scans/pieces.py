@@ -52,7 +52,7 @@ def choose_pieces(points: np.ndarray, spacing: float, landmarks: np.ndarray) -> 
 
     points: (n, 3) in mm, evenly spread at about `spacing`; landmarks: (k, 3), k may be 0.
     """
-    label = _labels(points, max(SETTINGS.gap_in_spacings * spacing, SETTINGS.gap_least))
+    label = connected(points, max(SETTINGS.gap_in_spacings * spacing, SETTINGS.gap_least))
     sizes = np.bincount(label)
     main = _main_pieces(points, label, sizes, landmarks)
     largest = sizes[list(main)].max()
@@ -72,7 +72,8 @@ def choose_pieces(points: np.ndarray, spacing: float, landmarks: np.ndarray) -> 
     return Pieces(keep, len(main | companions), len(set(worth_naming.tolist()) | main), rival)
 
 
-def _labels(points: np.ndarray, gap: float) -> np.ndarray:
+def connected(points: np.ndarray, gap: float) -> np.ndarray:
+    """(n,) number of each point's piece; points (n, 3) no farther apart than gap are in one piece."""
     pairs = cKDTree(points).query_pairs(gap, output_type="ndarray")
     joined = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (len(points), len(points)))
     return np.asarray(connected_components(joined, directed=False)[1])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from lubdub.results import RawScan
 from lubdub.scans.limits import LIMITS
 from lubdub.scans.read_glb import read_glb
@@ -39,4 +41,5 @@ def read_scan(data: bytes) -> RawScan:
         kind = sniff(data)
         if kind == "zip":
             raise unreadable("zip_unsafe")
-    return _READERS[kind](data)
+    with np.errstate(all="ignore"):  # a number that does not fit becomes inf or nan, and these are refused
+        return _READERS[kind](data)
