@@ -14,7 +14,7 @@ import httpx
 import pytest
 
 from lubdub.settings import Settings
-from lubdub.web.serve import listening_socket
+from lubdub.web.serve import check_openable, listening_socket
 from tests.web.service import ROOT, Portal, Service, eventually, free_port
 
 SERVE = "from lubdub.settings import Settings; from lubdub.web.serve import serve; serve(Settings())"
@@ -108,3 +108,18 @@ def test_a_port_that_is_taken_is_said_in_one_sentence(tmp_path: Path) -> None:
         settings = Settings(data_dir=tmp_path, port=other.getsockname()[1])
         with pytest.raises(SystemExit, match=f"Port {settings.port} is taken"):
             listening_socket(settings)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"database_url": "postgresql://nobody@127.0.0.1:1/none"}, "LUBDUB_DATABASE_URL"),
+        ({"store_url": "nonsense://x"}, "LUBDUB_STORE_URL"),
+        ({"master_key_file": Path(__file__)}, "test_serve.py"),
+        ({"data_dir": Path(__file__)}, "LUBDUB_DATA_DIR"),
+    ],
+)
+def test_what_is_in_the_way_is_said_in_one_sentence(tmp_path: Path, wrong: dict[str, object], words: str) -> None:
+    with pytest.raises(SystemExit, match=words) as said:
+        check_openable(Settings(**{"data_dir": tmp_path} | wrong))
+    assert "\n" not in str(said.value)

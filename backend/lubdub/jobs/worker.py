@@ -13,8 +13,7 @@ from datetime import timedelta
 
 from dbos import DBOS, DBOSClient
 
-from lubdub.cases.database import Database
-from lubdub.cases.files import FileVault
+from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.cases.privacy import Privacy
 from lubdub.cases.work import WorkDesk
 from lubdub.geometry.sparse import solver_name
@@ -60,14 +59,20 @@ def work_on_case(job_id: str) -> None:
 
 
 def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
-    """Run a worker until it is told to stop (SIGTERM, Ctrl-C). tasks: other functions to run, for tests."""
+    """Run a worker until it is told to stop (SIGTERM, Ctrl-C). tasks: other functions to run, for tests.
+
+    Ends the process with a sentence when database, files or key cannot be used.
+    """
     global _held
     configure_logs(settings.log_level)
     # Before any thread: what is forked later must not inherit a lock that somebody holds.
     forks = ForkServer([] if tasks else ["lubdub.jobs.tasks:warm_up"])
     forks.start()
-    database = Database(settings.database)
-    vault = FileVault(database, settings.store, settings.master_key)
+    try:
+        database, vault = open_cases(settings.database, settings.store, settings.master_key)
+    except CannotOpen as error:
+        forks.stop()
+        raise SystemExit(str(error)) from error
     desk = WorkDesk(database, vault)
     limits = Limits(
         memory_mb=settings.job_memory_mb,
@@ -105,7 +110,7 @@ def _launch(settings: Settings, name: str) -> None:
         }
     )
     DBOS.launch()
-    DBOS.register_queue(QUEUE, worker_concurrency=settings.worker_slots, polling_interval_sec=0.2)
+    DBOS.register_queue(QUEUE, worker_concurrency=settings.worker_slots, polling_interval_sec=0.4)
 
 
 class Upkeep:

@@ -12,6 +12,7 @@ import threading
 import structlog
 import uvicorn
 
+from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
 from lubdub.settings import Settings
@@ -25,15 +26,18 @@ log = structlog.stdlib.get_logger(__name__)
 
 
 def run_web(settings: Settings) -> None:
-    """Run the web server alone until it is told to stop. Ends the process with a sentence when the port is taken."""
+    """Run the web server alone until it is told to stop. Ends the process with a sentence when it cannot start."""
     configure_logs(settings.log_level)
-    _serve(settings, listening_socket(settings))
+    listening = listening_socket(settings)
+    check_openable(settings)
+    _serve(settings, listening)
 
 
 def serve(settings: Settings) -> None:
-    """Run web server and worker until Ctrl-C. Ends the process with a sentence when the port is taken."""
+    """Run web server and worker until Ctrl-C. Ends the process with a sentence when it cannot start."""
     configure_logs(settings.log_level)
     listening = listening_socket(settings)
+    check_openable(settings)
     worker = SupervisedWorker(settings)
     worker.start()
     _welcome(settings)
@@ -65,6 +69,15 @@ def _why_not(settings: Settings, error: OSError) -> str:
     if error.errno == errno.EACCES:
         return f"Port {settings.port} may only be used by the administrator. Choose one above 1023 with LUBDUB_PORT."
     return f"Lubdub cannot listen on {settings.host}, port {settings.port}: {error.strerror}."
+
+
+def check_openable(settings: Settings) -> None:
+    """Ends the process with a sentence when database, files or key cannot be used."""
+    try:
+        database, _ = open_cases(settings.database, settings.store, settings.master_key)
+    except CannotOpen as error:
+        raise SystemExit(str(error)) from error
+    database.close()
 
 
 def _serve(settings: Settings, listening: socket.socket) -> None:

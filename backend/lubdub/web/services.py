@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from lubdub.cases.database import Database
 from lubdub.cases.files import FileVault
+from lubdub.cases.opening import open_cases
 from lubdub.cases.people import People
 from lubdub.cases.privacy import Privacy
 from lubdub.cases.store import CaseStore
@@ -38,10 +39,9 @@ class Services:
 def open_services(settings: Settings) -> Services:
     """Open the database (made or upgraded when needed), the vault and the queue.
 
-    Raises MasterKeyUnusable and sqlalchemy.exc.OperationalError.
+    Raises CannotOpen.
     """
-    database = Database(settings.database)
-    files = FileVault(database, settings.store, settings.master_key)
+    database, files = open_cases(settings.database, settings.store, settings.master_key)
     store = CaseStore(database, files)
     privacy = Privacy(database, files)
     engine = DbosEngine(settings.jobs_database)
