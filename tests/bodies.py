@@ -11,9 +11,6 @@ Nothing here is random without a seed.
 
 from __future__ import annotations
 
-import io
-import json
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -24,68 +21,21 @@ from scipy.spatial.transform import Rotation
 from lubdub.geometry.frames import MM_PER_UNIT, Similarity
 from lubdub.geometry.surface import Surface, cloud
 from lubdub.results import AreaName, LandmarkName
+from tests.torso import ADULT_STERNUM_MM as ADULT_STERNUM_MM
+from tests.torso import Shape as Shape
+from tests.torso import areas_of as areas_of
+from tests.torso import landmarks_of as landmarks_of
+from tests.torso import torso_surface as torso_surface
+from tests.torso import tube_triangles
+from tests.writers import pack_glb as pack_glb
+from tests.writers import write_glb as write_glb
+from tests.writers import write_obj as write_obj
+from tests.writers import write_pcd as write_pcd
+from tests.writers import write_ply as write_ply
+from tests.writers import write_stl as write_stl
+from tests.writers import write_xyz as write_xyz
 
 BODY, BED, CLUTTER = 0, 1, 2
-ADULT_STERNUM_MM = 150.0
-
-# Height above the notch, half breadth, depth from back to front: an adult of average build, in millimetres.
-_PROFILE = np.array(
-    [
-        [110.0, 55.0, 105.0],
-        [60.0, 62.0, 108.0],
-        [25.0, 110.0, 122.0],
-        [0.0, 165.0, 150.0],
-        [-60.0, 172.0, 190.0],
-        [-150.0, 160.0, 212.0],
-        [-260.0, 146.0, 205.0],
-        [-370.0, 142.0, 192.0],
-        [-480.0, 168.0, 200.0],
-    ]
-)
-_ROUNDNESS = 2.6  # exponent of the superellipse: 2 is an ellipse, more is boxier
-
-
-@dataclass(frozen=True)
-class Shape:
-    """A torso. size: 1 is an adult, 0.34 a newborn; breast, belly: 0 flat to 1 full; breadth: 1 is average."""
-
-    size: float = 1.0
-    breast: float = 0.15
-    belly: float = 0.2
-    breadth: float = 1.0
-
-    def half_breadth(self, y: np.ndarray) -> np.ndarray:
-        """Half the breadth at height y, both in millimetres."""
-        return self.size * self.breadth * np.interp(y / self.size, _PROFILE[::-1, 0], _PROFILE[::-1, 1])
-
-    def depth(self, y: np.ndarray) -> np.ndarray:
-        """Back to front at height y."""
-        return self.size * np.interp(y / self.size, _PROFILE[::-1, 0], _PROFILE[::-1, 2])
-
-    def front_bumps(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """What breasts, nipples, belly and navel add to the front, in millimetres along +z."""
-        s = self.size
-        nipple = _nipple(self, 1.0)
-        out = 38 * s * self.belly * _bell(x, y + 400 * s, 95 * s)
-        out -= 7 * s * _bell(x, y + 367 * s, 8 * s)
-        for side in (-1.0, 1.0):
-            out += 45 * s * self.breast * _bell(x - side * nipple[0], y - nipple[1] - 12 * s, 48 * s)
-            out += 4 * s * _bell(x - side * nipple[0], y - nipple[1], 6 * s)
-        return out
-
-    def front(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height z of the front skin over (x, y)."""
-        rim = np.clip(1 - np.abs(x / self.half_breadth(y)) ** _ROUNDNESS, 0, None) ** (1 / _ROUNDNESS)
-        middle = self.depth(y) / 2 - 150.0 * self.size
-        return middle + self.depth(y) / 2 * rim + self.front_bumps(x, y)
-
-
-def _bell(x: np.ndarray, y: np.ndarray, width: float) -> np.ndarray:
-    return np.asarray(np.exp(-(x * x + y * y) / (2 * width * width)))
-
-
-def _nipple(shape: Shape, side: float) -> np.ndarray:
-    return np.array([side * 95.0 * shape.breadth, -158.0]) * shape.size
 
 
 @dataclass(frozen=True)
@@ -97,66 +47,6 @@ class BodyScan:
     landmarks: Mapping[LandmarkName, np.ndarray]
     areas: Mapping[AreaName, np.ndarray]
     file_from_body: Similarity = field(default_factory=Similarity.identity)
-
-
-def torso_surface(shape: Shape, columns: int = 172, rows: int = 165) -> Surface:
-    """The skin from hip to neck as a tube, open at both ends, wound outward."""
-    y = np.linspace(_PROFILE[-1, 0], _PROFILE[0, 0], rows)[:, None] * shape.size
-    across, out = _even_superellipse(columns)
-    x = shape.half_breadth(y) * across
-    half_depth = shape.depth(y) / 2
-    z = half_depth - 150.0 * shape.size + half_depth * out
-    z = z + shape.front_bumps(x, y) * np.clip(out * 4, 0, 1)
-    vertices = np.stack(np.broadcast_arrays(x, y, z), 2).reshape(-1, 3)
-    return Surface(vertices, _tube_triangles(rows, columns))
-
-
-def _even_superellipse(columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """A unit superellipse walked in even steps of an adult chest's girth; the front's middle is one of them."""
-    angle = np.linspace(0, 2 * np.pi, 20001)
-    power = 2 / _ROUNDNESS
-    across = np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** power
-    out = np.sign(np.sin(angle)) * np.abs(np.sin(angle)) ** power
-    girth = np.concatenate([[0], np.cumsum(np.hypot(np.diff(across) * 1.6, np.diff(out)))])
-    even = np.linspace(0, girth[-1], columns, endpoint=False)
-    return np.interp(even, girth, across)[None, :], np.interp(even, girth, out)[None, :]
-
-
-def _tube_triangles(rows: int, columns: int) -> np.ndarray:
-    row, column = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
-    a = (row * columns + column).ravel()
-    b = (row * columns + (column + 1) % columns).ravel()
-    return np.concatenate([np.stack([a, a + columns, b], 1), np.stack([b, a + columns, b + columns], 1)])
-
-
-def landmarks_of(shape: Shape) -> dict[LandmarkName, np.ndarray]:
-    """The five landmarks, exactly on the skin."""
-    s = shape.size
-    left = _nipple(shape, 1.0)
-    places: dict[LandmarkName, tuple[float, float]] = {
-        "suprasternal_notch": (0.0, 0.0),
-        "xiphisternum": (0.0, -ADULT_STERNUM_MM * s),
-        "navel": (0.0, -367.0 * s),
-        "nipple_left": (left[0], left[1]),
-        "nipple_right": (-left[0], left[1]),
-    }
-    return {name: _on_front(shape, x, y) for name, (x, y) in places.items()}
-
-
-def areas_of(shape: Shape) -> dict[AreaName, np.ndarray]:
-    """The four areas by the ladder of sternum lengths for people of seven and over."""
-    sternum = ADULT_STERNUM_MM * shape.size
-    steps: dict[AreaName, tuple[float, float]] = {
-        "aortic": (-0.17, -0.40),
-        "pulmonary": (0.17, -0.40),
-        "tricuspid": (0.22, -0.81),
-        "mitral": (0.54, -1.06),
-    }
-    return {name: _on_front(shape, across * sternum, along * sternum) for name, (across, along) in steps.items()}
-
-
-def _on_front(shape: Shape, x: float, y: float) -> np.ndarray:
-    return np.array([x, y, float(shape.front(np.array(x), np.array(y)))])
 
 
 def torso_scan(
@@ -185,7 +75,7 @@ def _arm(shape: Shape, side: float) -> Surface:
     x = middle + 42.0 * s * np.cos(turn)
     z = -95.0 * s + 42.0 * s * np.sin(turn)
     vertices = np.stack(np.broadcast_arrays(x, y, z), 2).reshape(-1, 3)
-    return Surface(vertices, _tube_triangles(rows, columns))
+    return Surface(vertices, tube_triangles(rows, columns))
 
 
 def joined(*surfaces: Surface) -> Surface:
@@ -262,7 +152,7 @@ def add_floor_clutter(scan: BodyScan) -> BodyScan:
     parts = np.broadcast_arrays(np.sin(polar) * np.cos(round_), np.sin(polar) * np.sin(round_), np.cos(polar))
     ball = np.stack(parts, 2).reshape(-1, 3) * 45 * size + skin.max(0) + np.array([130.0, -60.0, 0]) * size
     floor = _grid(np.arange(-300, 300, 6.0), np.arange(-700, 200, 6.0), float(skin[:, 2].min()) - 450.0)
-    with_ball = _with(scan, Surface(ball, _tube_triangles(40, 60)), CLUTTER)
+    with_ball = _with(scan, Surface(ball, tube_triangles(40, 60)), CLUTTER)
     return _with(with_ball, floor, CLUTTER)
 
 
@@ -330,104 +220,3 @@ def shuffled(scan: BodyScan, seed: int = 1) -> BodyScan:
     place[order] = np.arange(len(order))
     triangles = rng.permutation(place[scan.surface.triangles]) if len(scan.surface.triangles) else np.zeros((0, 3))
     return replace(scan, surface=Surface(scan.surface.vertices[order], triangles), label=scan.label[order])
-
-
-def write_ply(surface: Surface, encoding: str = "binary_little_endian") -> bytes:
-    """PLY; encoding: ascii, binary_little_endian or binary_big_endian."""
-    lines = ["ply", f"format {encoding} 1.0", f"element vertex {len(surface.vertices)}"]
-    lines += [f"property float {axis}" for axis in "xyz"]
-    if not surface.is_cloud:
-        lines += [f"element face {len(surface.triangles)}", "property list uchar int vertex_indices"]
-    head = ("\n".join([*lines, "end_header"]) + "\n").encode()
-    if encoding == "ascii":
-        rows = [" ".join(f"{v:.9g}" for v in row) for row in surface.vertices]
-        rows += ["3 " + " ".join(map(str, row)) for row in surface.triangles]
-        return head + ("\n".join(rows) + "\n").encode()
-    order = "<" if "little" in encoding else ">"
-    faces = np.zeros(len(surface.triangles), [("n", "u1"), ("i", order + "i4", 3)])
-    faces["n"], faces["i"] = 3, surface.triangles
-    return head + surface.vertices.astype(order + "f4").tobytes() + faces.tobytes()
-
-
-def write_stl(surface: Surface, ascii_text: bool = False) -> bytes:
-    """STL; the triangles only, each with its own corners."""
-    corners = surface.vertices[surface.triangles]
-    if ascii_text:
-        facets = (
-            "facet normal 0 0 0\nouter loop\n"
-            + "".join("vertex {:.9g} {:.9g} {:.9g}\n".format(*corner) for corner in triangle)
-            + "endloop\nendfacet\n"
-            for triangle in corners
-        )
-        return ("solid body\n" + "".join(facets) + "endsolid body\n").encode()
-    rows = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    rows["corners"] = corners
-    return b"body".ljust(80, b" ") + struct.pack("<I", len(rows)) + rows.tobytes()
-
-
-def write_obj(surface: Surface) -> bytes:
-    """OBJ, geometry only."""
-    rows = ["v {:.9g} {:.9g} {:.9g}".format(*row) for row in surface.vertices]
-    rows += ["f {} {} {}".format(*row) for row in surface.triangles + 1]
-    return ("# body\n" + "\n".join(rows) + "\n").encode()
-
-
-def write_glb(surface: Surface, node_matrix: np.ndarray | None = None) -> bytes:
-    """GLB with one mesh (or one point primitive), its coordinates written as they are."""
-    positions = surface.vertices.astype("<f4")
-    indices = surface.triangles.astype("<u4").ravel()
-    primitive: dict[str, object] = {"attributes": {"POSITION": 0}, "mode": 0 if surface.is_cloud else 4}
-    views = [{"buffer": 0, "byteOffset": 0, "byteLength": positions.nbytes}]
-    accessors: list[dict[str, object]] = [
-        {
-            "bufferView": 0,
-            "componentType": 5126,
-            "count": len(positions),
-            "type": "VEC3",
-            "min": positions.min(0).tolist(),
-            "max": positions.max(0).tolist(),
-        }
-    ]
-    if not surface.is_cloud:
-        primitive["indices"] = 1
-        views.append({"buffer": 0, "byteOffset": positions.nbytes, "byteLength": indices.nbytes})
-        accessors.append({"bufferView": 1, "componentType": 5125, "count": len(indices), "type": "SCALAR"})
-    node: dict[str, object] = {"mesh": 0}
-    if node_matrix is not None:
-        node["matrix"] = np.asarray(node_matrix, float).T.ravel().tolist()
-    document = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [node],
-        "meshes": [{"primitives": [primitive]}],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": positions.nbytes + indices.nbytes * (not surface.is_cloud)}],
-    }
-    body = positions.tobytes() + (b"" if surface.is_cloud else indices.tobytes())
-    return pack_glb(document, body)
-
-
-def pack_glb(document: Mapping[str, object], body: bytes) -> bytes:
-    """The GLB container around a glTF document and its binary chunk."""
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    body += b"\0" * (-len(body) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + body
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
-
-
-def write_pcd(surface: Surface, encoding: str = "binary") -> bytes:
-    """PCD; encoding: ascii, binary or binary_compressed."""
-    from pypcd4 import Encoding, PointCloud
-
-    out = io.BytesIO()
-    PointCloud.from_xyz_points(surface.vertices.astype(np.float32)).save(out, Encoding(encoding))
-    return out.getvalue()
-
-
-def write_xyz(surface: Surface, separator: str = " ", header: str = "") -> bytes:
-    """Columns of text; header: a first line to put before them."""
-    rows = [separator.join(f"{v:.9g}" for v in row) for row in surface.vertices]
-    return ((header + "\n" if header else "") + "\n".join(rows) + "\n").encode()
