@@ -228,6 +228,14 @@ def test_too_few_points_are_refused() -> None:
     assert caught.value.reason.code == "too_few_points"
 
 
+def test_landmarks_from_another_scan_are_refused() -> None:
+    scan = small()
+    elsewhere = turn(scan, shift=(5000, 0, 0)).landmarks
+    with pytest.raises(ScanRefused) as caught:
+        clean(RawScan(scan.surface, "ply"), MM, elsewhere)
+    assert caught.value.reason.code == "landmarks_off_scan"
+
+
 @pytest.mark.parametrize("depth", [0.0, 2.0])
 def test_a_sheet_alone_is_no_body(depth: float) -> None:
     rng = np.random.default_rng(0)

@@ -15,7 +15,7 @@ from lubdub.scans.display import draped, light_mesh
 from lubdub.scans.normals import Neighbourhood, border, cloud_normals, mesh_normals, neighbourhood, turned_outward
 from lubdub.scans.pieces import choose_pieces, is_body_like
 from lubdub.scans.planes import find_planes
-from lubdub.scans.reasons import NO_BODY_FOUND, TWO_BODIES, too_few_points
+from lubdub.scans.reasons import LANDMARKS_OFF_SCAN, NO_BODY_FOUND, TWO_BODIES, too_few_points
 from lubdub.scans.thin import Cells, evenly
 
 
@@ -50,8 +50,10 @@ def clean(raw: RawScan, unit: Unit, landmarks_in_file: Mapping[LandmarkName, np.
     to_mm = Similarity(unit.mm_per_unit, np.eye(3), np.zeros(3))
     landmarks = {name: to_mm.apply(np.asarray(place, float)) for name, place in landmarks_in_file.items()}
     surface = _without_loose_vertices(Surface(to_mm.apply(raw.surface.vertices), raw.surface.triangles))
-    surface = _part(surface, near_landmarks(surface.vertices, landmarks, SETTINGS.wide_look))
     _check_count(len(surface.vertices))
+    surface = _part(surface, near_landmarks(surface.vertices, landmarks, SETTINGS.wide_look))
+    if len(surface.vertices) < SETTINGS.least_points:
+        raise ScanRefused(LANDMARKS_OFF_SCAN)
     notes: list[str] = []
     warnings: tuple[Reason, ...] = ()
     for _ in range(2):  # where the body was a small part of the room, a second look sees it in more detail

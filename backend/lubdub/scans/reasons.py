@@ -80,6 +80,12 @@ NO_BODY_FOUND = Reason(
     "Please scan the bare chest from neck to navel and keep other things out of the picture.",
 )
 
+LANDMARKS_OFF_SCAN = Reason(
+    "landmarks_off_scan",
+    "The marked points do not lie on this scan.",
+    "Please check that the points were marked on this very scan and in its own unit, or mark them again.",
+)
+
 SPARSE_SCAN = Reason(
     "sparse_scan",
     "The points of this scan are far apart, so small shapes are missing.",
