@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import sqlalchemy as sa
@@ -99,6 +100,19 @@ def test_an_idempotency_key_opens_one_case_and_minds_its_body(room: Room) -> Non
         room.store.create(actor, girl_of_six(), Repeatable("k", "other body"))
     other, _ = room.store.create(room.portal("b"), girl_of_six(), Repeatable("k", "body"))
     assert other.id != first.id
+
+
+def test_the_same_call_made_many_times_at_once_opens_one_case(room: Room) -> None:
+    actor, start = room.portal(), threading.Barrier(6)
+
+    def call(_: int) -> str:
+        start.wait()
+        return room.store.create(actor, girl_of_six(), Repeatable("k", "body"))[0].id
+
+    with ThreadPoolExecutor(6) as pool:
+        opened = set(pool.map(call, range(6)))
+    assert len(opened) == 1
+    assert len(room.store.list_cases(actor)) == 1
 
 
 def test_an_idempotency_key_is_forgotten_after_a_day(room: Room) -> None:

@@ -9,6 +9,7 @@ from datetime import timedelta
 from typing import Literal
 
 import sqlalchemy as sa
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from lubdub.cases import audit
@@ -57,6 +58,14 @@ class CaseStore:
         A stop question answered yes makes a case that is refused from the start.
         Raises IdempotencyMismatch when the key came with another body.
         """
+        try:
+            return self._create(actor, new, repeatable)
+        except IntegrityError:
+            if repeatable is None:
+                raise
+            return self._create(actor, new, repeatable)  # the same call at the same moment was quicker
+
+    def _create(self, actor: Actor, new: NewCase, repeatable: Repeatable | None) -> tuple[Case, bool]:
         with self._database.writing() as session:
             known = None if repeatable is None else self._remembered(session, actor, repeatable)
             if known is not None:
