@@ -1,0 +1,158 @@
+"""A family in front of a real browser, the real pipeline behind it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.journeys.conftest import DRAWN_MS, OpenPage
+from tests.journeys.steps import (
+    WORK_MS,
+    answer_health,
+    answer_who,
+    confirm_size,
+    middle_of_view,
+    send,
+    stands,
+    wait_for_body,
+)
+
+pytestmark = pytest.mark.browser
+
+
+def test_a_sample_leads_to_four_places_on_a_phone(open_page: OpenPage) -> None:
+    page = open_page("phone")
+    page.goto("/")
+    stands(page)
+    page.locator(".samples button").first.click()
+    page.wait_for_url(re.compile("/checking$"))
+    stands(page)
+    page.wait_for_url(re.compile("/size$"), timeout=WORK_MS)
+    stands(page)
+    confirm_size(page)
+    stands(page)
+    page.get_by_role("button", name="Find the four places now").click()
+    page.wait_for_url(re.compile("/result$"), timeout=WORK_MS)
+    stands(page)
+    for place in ("1. Aortic", "2. Pulmonary", "3. Tricuspid", "4. Mitral"):
+        expect(page.get_by_role("heading", name=place)).to_be_visible()
+    expect(page.get_by_text("This is not a diagnosis")).to_be_visible()
+    picture = page.frame_locator("#view")
+    expect(picture.locator("canvas").first).to_be_visible(timeout=DRAWN_MS)
+    expect(picture.locator(".mantine-Paper-root:visible")).to_have_count(0)
+    page.locator("main").get_by_role("link", name="Delete everything").click()
+    stands(page)
+    page.get_by_role("button", name="Yes, delete everything").click()
+    expect(page.get_by_role("heading", name="Everything is deleted")).to_be_visible()
+    stands(page)
+
+
+def test_points_are_placed_on_the_body_by_tap_and_crosshair(open_page: OpenPage, child_scan: Path) -> None:
+    page = open_page("desk")
+    strangers: list[str] = []
+    page.on("request", lambda request: strangers.append(request.url) if is_strange(request.url) else None)
+    answer_who(page)
+    stands(page)
+    answer_health(page)
+    stands(page)
+    send(page, child_scan)
+    confirm_size(page)
+    wait_for_body(page)
+    before = page.locator("#frame").bounding_box()
+    page.wait_for_timeout(2000)  # the camera is set once the view knows its window
+    page.mouse.click(*middle_of_view(page, 0.5, 0.3))
+    expect(page.locator("#ask-state")).to_contain_text("Marked", timeout=DRAWN_MS)
+    page.get_by_role("button", name="It is right: next").click()
+    expect(page.get_by_role("heading", name="Feel the lower end of the breastbone")).to_be_visible()
+    page.get_by_role("button", name="Use a crosshair").click()
+    page.get_by_role("button", name="Place here").click()
+    expect(page.locator("#ask-state")).to_contain_text("Marked", timeout=DRAWN_MS)
+    expect(page.locator(".points__state--marked")).to_have_count(2)
+    assert page.locator("#frame").bounding_box() == before
+    page.get_by_role("button", name="Undo").click()
+    expect(page.locator(".points__state--marked")).to_have_count(1)
+    stands(page)
+    assert strangers == []
+
+
+def is_strange(url: str) -> bool:
+    return not re.match(r"(blob|data):|http://127\.0\.0\.1[:/]", url)
+
+
+def test_nothing_covers_the_body_on_a_phone_and_a_tap_marks_it(open_page: OpenPage, child_scan: Path) -> None:
+    page = open_page("phone")
+    answer_who(page)
+    answer_health(page)
+    send(page, child_scan)
+    confirm_size(page)
+    wait_for_body(page)
+    covered = page.evaluate(
+        """() => {
+            const inside = document.getElementById("view").contentDocument;
+            const { clientWidth: width, clientHeight: height } = inside.documentElement;
+            const places = [];
+            for (let x = 0.05; x < 1; x += 0.15) for (let y = 0.05; y < 1; y += 0.15) places.push([x, y]);
+            return places.filter(([x, y]) => inside.elementFromPoint(x * width, y * height)?.tagName !== "CANVAS");
+        }"""
+    )
+    assert covered == []
+    page.wait_for_timeout(2000)  # the camera is set once the view knows its window
+    page.touchscreen.tap(*middle_of_view(page, 0.5, 0.35))
+    expect(page.locator("#ask-state")).to_contain_text("Marked", timeout=DRAWN_MS)
+
+
+def test_a_file_that_is_no_body_ends_with_one_reason_and_one_fix(open_page: OpenPage, tmp_path: Path) -> None:
+    page = open_page("phone")
+    answer_who(page)
+    answer_health(page)
+    letter = tmp_path / "letter.txt"
+    letter.write_text("Dear grandmother,")
+    send(page, letter)
+    page.wait_for_url(re.compile("/refused$"), timeout=WORK_MS)
+    stands(page)
+    expect(page.locator("main").get_by_role("button", name="Send another scan")).to_be_visible()
+
+
+def test_without_scripts_a_scan_is_sent_and_checked(open_page: OpenPage, child_scan: Path) -> None:
+    page = open_page("phone", java_script_enabled=False)
+    answer_who(page, sex="boy or man")
+    answer_health(page)
+    send(page, child_scan)
+    page.wait_for_url(re.compile("/(checking|size)$"))
+    page.wait_for_url(re.compile("/size$"), timeout=WORK_MS)
+    expect(page.get_by_text("cm wide")).to_be_visible()
+
+
+def test_mistakes_are_said_at_the_top_and_reached_by_keyboard(open_page: OpenPage) -> None:
+    page = open_page("desk", color_scheme="dark")
+    page.goto("/who")
+    stands(page)
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("link", name="Skip to the main part")).to_be_focused()
+    page.get_by_role("button", name="Continue").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator(".nhsuk-error-summary")).to_be_focused()
+    stands(page)
+    page.locator(".nhsuk-error-summary a").first.click()
+    expect(page.get_by_label("Years")).to_be_focused()
+
+
+def test_a_saved_picture_opens_without_a_network(open_page: OpenPage, tmp_path: Path) -> None:
+    from lubdub.views.export import result_html
+    from tests.views import sample
+
+    file = tmp_path / "result.html"
+    file.write_text(result_html(sample.outcome(), 6.0), encoding="utf-8")
+    page = open_page("desk", offline=True)
+    asked: list[str] = []
+    sockets: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.on("websocket", lambda socket: sockets.append(socket.url))
+    page.goto(file.as_uri())
+    expect(page.locator("canvas").first).to_be_visible(timeout=DRAWN_MS)
+    page.wait_for_timeout(3000)
+    assert [url for url in asked if not url.startswith(("data:", "blob:", "file:"))] == []
+    assert sockets == []
