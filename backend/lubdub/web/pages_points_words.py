@@ -12,9 +12,6 @@ from lubdub.results import BONE_LANDMARKS, LANDMARK_NAMES, Examination, Landmark
 from lubdub.web.pages_look import gettext_of
 from lubdub.web.pages_marks import Marks
 
-SURE_MM = ((7.0, "half a centimetre"), (14.0, "1 cm"), (24.0, "2 cm"))
-"""Shown for one standard deviation up to this: the words stay a little on the careful side."""
-
 
 @dataclass(frozen=True)
 class PointText:
@@ -128,9 +125,14 @@ class PointsWords:
         if name in self._marks.placed:
             return _("Marked. Tap again to move it.")
         if name in self._suggested:
-            spread = self._suggested[name].uncertainty_mm
-            near = next((words for limit, words in SURE_MM if spread <= limit), None)
+            near = self._how_near(self._suggested[name].uncertainty_mm)
             if near is None:
                 return _("Our guess is rough. Please tap the place yourself.")
-            return _("Our guess is on the picture, to about {distance}. Tap to correct it.").format(distance=_(near))
+            return _("Our guess is on the picture, to about {distance}. Tap to correct it.").format(distance=near)
         return _("We could not find it. Please tap it on the picture.")
+
+    def _how_near(self, sigma_mm: float) -> str | None:
+        """One standard deviation in words, a little on the careful side; None when it says nothing."""
+        _ = self._
+        steps = ((7.0, _("half a centimetre")), (14.0, _("1 cm")), (24.0, _("2 cm")))
+        return next((words for limit, words in steps if sigma_mm <= limit), None)

@@ -89,6 +89,7 @@ def _serve(settings: Settings, listening: socket.socket) -> None:
         proxy_headers=settings.behind_tls_proxy,
         timeout_graceful_shutdown=2,
         ws_max_size=1 << 20,
+        ws_per_message_deflate=False,  # the view's frames are packed already
     )
     uvicorn.Server(config).run(sockets=[listening])
 

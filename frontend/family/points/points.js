@@ -43,9 +43,22 @@ document.addEventListener("submit", (event) => {
   send(form, event.submitter).catch(() => form.submit());
 });
 
+// A lost link leaves the last picture standing, which looks alive: say so, and load the view again.
+function showAgain() {
+  view.src = view.getAttribute("src");
+}
+
+let reload = null;
+
 function connection(isConnected) {
   waiting.hidden = isConnected || wasConnected;
   lost.hidden = isConnected || !wasConnected;
+  if (isConnected) {
+    clearInterval(reload);
+    reload = null;
+  } else if (wasConnected) {
+    reload ??= setInterval(showAgain, 6000);
+  }
   wasConnected ||= isConnected;
 }
 
@@ -53,13 +66,9 @@ const stream = new EventSource(marking.dataset.live);
 stream.addEventListener("marks", (event) => {
   const said = JSON.parse(event.data);
   connection(said.connected);
-  if (said.version !== version) refresh();
+  if (said.version !== version) refresh().catch(() => {});
 });
-
-document.getElementById("frame-again").addEventListener("click", () => {
-  wasConnected = false;
-  view.src = view.getAttribute("src");
-});
+document.getElementById("frame-again").addEventListener("click", showAgain);
 
 crossToggle.addEventListener("click", () => {
   const isOn = crossForm.hidden;
