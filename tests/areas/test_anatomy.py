@@ -50,7 +50,11 @@ def test_breastbone_lengths_are_those_of_the_ct_study(age: float, boys: float, g
     assert sternum_length_mm(age, "female") == pytest.approx(girls, abs=1)
 
 
-@given(st.floats(0, 17))
+def test_a_newborns_apex_lies_as_far_from_the_midline_as_newborns_were_measured() -> None:
+    assert places(0.0)["mitral"].left * sternum_length_mm(0.0, "male") == pytest.approx(28, abs=1)
+
+
+@given(st.floats(1, 17))
 def test_age_and_breastbone_are_each_others_inverse_for_boys(age: float) -> None:
     assert np.isclose(age_from_sternum(sternum_length_mm(age, "male")), age, atol=1e-6)
 

@@ -19,8 +19,10 @@ class BoneSettings:
     fitted_across_mm: float = 6.0
     """The midline of a fitted body: symmetric skin fixes it well."""
     fitted_along_share: float = 0.13
-    """Height of a fitted bone point, in shares of the breastbone's length: skin does not fix the bones (two real
-    anatomies from CT: 10-20 mm for S = 152 and 158)."""
+    """Height of a fitted bone point, in shares of the breastbone's length: skin does not fix the bones (a real man
+    from CT: 12-20 mm for S = 158)."""
+    fitted_along_breasts_share: float = 0.2
+    """The same in women after puberty (a real woman from CT: 25-35 mm for S = 145)."""
     age_unknown_spread: float = 0.2
     """Spread of the breastbone's length when nobody said the age."""
     nipples_below_notch: tuple[float, float] = (1.0, 0.11)
@@ -46,7 +48,9 @@ def believe(
     """
     settings = settings or BoneSettings()
     expected, length_sigma = _expected_length(fitted, patient, settings)
-    along_sigma = settings.fitted_along_share * expected
+    along_sigma = expected * (
+        settings.fitted_along_breasts_share if _has_breasts(patient) else settings.fitted_along_share
+    )
     information, vector = np.zeros((2, 2)), np.zeros(2)
     across, depth = np.zeros((2, 2)), np.zeros(2)
     for row, name in enumerate(BONE_LANDMARKS):
@@ -87,14 +91,18 @@ def _expected_length(
     return expected, settings.age_unknown_spread * expected
 
 
+def _has_breasts(patient: Patient) -> bool:
+    """Whether breasts may have moved the skin; so it is assumed of whoever may be a grown woman."""
+    return patient.sex != "male" and (patient.age_years is None or patient.age_years >= PUBERTY_YEARS)
+
+
 def _notch_from_skin(
     clicked: Landmarks, patient: Patient, expected: float, settings: BoneSettings
 ) -> list[tuple[float, float]]:
     """(height, sigma) of the notch as clicked nipples and navel let one guess it; nothing when it was clicked."""
     if "suprasternal_notch" in clicked or patient.age_years is None:
         return []
-    grown_woman = patient.sex != "male" and patient.age_years >= PUBERTY_YEARS
-    nipples = settings.breast_nipples_below_notch if grown_woman else settings.nipples_below_notch
+    nipples = settings.breast_nipples_below_notch if _has_breasts(patient) else settings.nipples_below_notch
     heights = []
     if "nipple_left" in clicked and "nipple_right" in clicked:
         line = (clicked["nipple_left"].position[1] + clicked["nipple_right"].position[1]) / 2
