@@ -14,6 +14,7 @@ import httpx
 import pytest
 
 from lubdub.settings import Settings
+from lubdub.web.schemas_result import ExaminationOut, ResultOut
 from lubdub.web.serve import check_openable, listening_socket
 from tests.web.service import ROOT, Portal, Service, eventually, free_port
 
@@ -59,12 +60,12 @@ def test_one_command_takes_a_childs_scan_to_its_four_areas(whole: Service) -> No
     portal.send(case, (DEMO / "phone-child.glb").read_bytes())
     portal.wait(case, "awaiting_landmarks", "refused", "failed")
     examined = portal.call("GET", f"/cases/{case}/scan", 200).json()
-    assert examined["unit"]["name"] == "m"
+    assert ExaminationOut.model_validate(examined).unit.name == "m"
     landmarks = json.loads((DEMO / "landmarks.json").read_text())
     portal.call("PUT", f"/cases/{case}/landmarks", 202, json=landmarks)
     portal.wait(case, "done", "refused", "failed")
     result = portal.call("GET", f"/cases/{case}/result", 200).json()
-    assert result["verdict"] in ("show", "show_with_care")
+    assert ResultOut.model_validate(result).verdict in ("show", "show_with_care")
     assert set(result["areas"]) == {"aortic", "pulmonary", "tricuspid", "mitral"}
     assert portal.call("GET", f"/cases/{case}/scan.ply", 200).content.startswith(b"ply\nformat binary")
     view = portal.call("GET", f"/cases/{case}/view.html", 200)

@@ -6,12 +6,13 @@ import hashlib
 import json
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends, Header, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
 from fastapi.security import HTTPBearer
 
 from lubdub.cases.store import Asked, Repeatable
 from lubdub.web.deps import ActionsDep, FilesDep, ReaderDep, StoreDep, WriterDep
 from lubdub.web.schemas import CaseIn, CaseOut, LandmarksIn, ReceiptOut, UnitIn, problems
+from lubdub.web.schemas_result import ExaminationOut
 
 USUAL = problems("bad-request", "not-signed-in", "scope-missing", "cross-site", "case-not-found", "invalid-input")
 USUAL |= problems("too-many-requests")
@@ -21,7 +22,16 @@ router = APIRouter(tags=["cases"], dependencies=[Depends(BEARER)], responses=USU
 
 UnitQuery = Annotated[Literal["m", "cm", "mm"] | None, Query(description="Unit of the file; found when not said.")]
 MethodQuery = Annotated[Literal["lubdub", "paper", "rule"], Query(description="Which method places the areas.")]
-IdempotencyKey = Annotated[str | None, Header(alias="Idempotency-Key", min_length=1, max_length=200)]
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=200,
+        description="Any text of your own. The same call with the same key opens one case, for 24 hours.",
+    ),
+]
+CaseId = Annotated[str, Path(max_length=64, description="The case's id, as it was given when the case was opened.")]
 
 
 async def _body_sha256(request: Request) -> str:
@@ -46,7 +56,7 @@ def open_case(
 
 
 @router.get("/cases/{case_id}")
-def read_case(case_id: str, actor: ReaderDep, store: StoreDep) -> CaseOut:
+def read_case(case_id: CaseId, actor: ReaderDep, store: StoreDep) -> CaseOut:
     """How the case stands."""
     return CaseOut.of(store.get(actor, case_id))
 
@@ -63,28 +73,31 @@ def read_case(case_id: str, actor: ReaderDep, store: StoreDep) -> CaseOut:
     },
 )
 async def send_scan(
-    case_id: str, request: Request, actor: WriterDep, actions: ActionsDep, unit: UnitQuery = None
+    case_id: CaseId, request: Request, actor: WriterDep, actions: ActionsDep, unit: UnitQuery = None
 ) -> CaseOut:
     """Send the scan's file as the raw body: PLY, STL, OBJ, zip, GLB, PCD, XYZ. It is examined at once."""
     return CaseOut.of(await actions.receive_scan(actor, case_id, request.stream(), unit))
 
 
-@router.get("/cases/{case_id}/scan", responses=problems("file-not-ready"))
-def read_examination(case_id: str, actor: ReaderDep, store: StoreDep, files: FilesDep) -> dict[str, Any]:
+EXAMINATION: dict[int | str, dict[str, Any]] = {200: {"model": ExaminationOut, "description": "What was found."}}
+
+
+@router.get("/cases/{case_id}/scan", responses=problems("file-not-ready") | EXAMINATION)
+def read_examination(case_id: CaseId, actor: ReaderDep, store: StoreDep, files: FilesDep) -> dict[str, Any]:
     """What was found on the scan: unit, frame, size, coverage, warnings, suggested landmarks."""
     store.get(actor, case_id)
     return json.loads(files.read(case_id, "examination.json"))
 
 
 @router.put("/cases/{case_id}/scan/unit", status_code=202, responses=problems("state-conflict"))
-def correct_unit(case_id: str, said: UnitIn, actor: WriterDep, actions: ActionsDep) -> CaseOut:
+def correct_unit(case_id: CaseId, said: UnitIn, actor: WriterDep, actions: ActionsDep) -> CaseOut:
     """Say the unit when the one found is wrong; the scan is examined again."""
     return CaseOut.of(actions.check_again(actor, case_id, said.unit))
 
 
 @router.put("/cases/{case_id}/landmarks", status_code=202, responses=problems("state-conflict"))
 def place_landmarks(
-    case_id: str,
+    case_id: CaseId,
     placed: LandmarksIn,
     actor: WriterDep,
     actions: ActionsDep,
@@ -96,18 +109,20 @@ def place_landmarks(
 
 
 @router.post("/cases/{case_id}/landmarks/confirm", status_code=202, responses=problems("state-conflict"))
-def confirm_landmarks(case_id: str, actor: WriterDep, actions: ActionsDep, method: MethodQuery = "lubdub") -> CaseOut:
+def confirm_landmarks(
+    case_id: CaseId, actor: WriterDep, actions: ActionsDep, method: MethodQuery = "lubdub"
+) -> CaseOut:
     """Queue the run with the suggested landmarks."""
     return CaseOut.of(actions.place_landmarks(actor, case_id, Asked({}, None, method)))
 
 
 @router.post("/cases/{case_id}/cancel", responses=problems("state-conflict"))
-def cancel(case_id: str, actor: WriterDep, actions: ActionsDep) -> CaseOut:
+def cancel(case_id: CaseId, actor: WriterDep, actions: ActionsDep) -> CaseOut:
     """Stop what is at work. The case waits again for what it waited for before."""
     return CaseOut.of(actions.cancel(actor, case_id))
 
 
 @router.delete("/cases/{case_id}")
-def delete_case(case_id: str, actor: WriterDep, actions: ActionsDep) -> ReceiptOut:
+def delete_case(case_id: CaseId, actor: WriterDep, actions: ActionsDep) -> ReceiptOut:
     """Delete the case for good: its key is destroyed, its files go. Asked again, the receipt is the same."""
     return ReceiptOut.of(actions.delete(actor, case_id))

@@ -13,7 +13,7 @@ from starlette.concurrency import run_in_threadpool
 from lubdub.cases.errors import CaseNotFound
 from lubdub.cases.states import ENDED
 from lubdub.cases.values import Actor, Case
-from lubdub.web.api_cases import BEARER, USUAL
+from lubdub.web.api_cases import BEARER, USUAL, CaseId
 from lubdub.web.deps import ReaderDep, StoreDep
 
 POLL_S = 0.4
@@ -24,7 +24,7 @@ router = APIRouter(tags=["cases"], dependencies=[Depends(BEARER)], responses=USU
 LastEventId = Annotated[int, Header(alias="Last-Event-ID", ge=0, description="Go on after this event.")]
 
 
-def _listened(case_id: str, actor: ReaderDep, store: StoreDep) -> tuple[Actor, Case]:
+def _listened(case_id: CaseId, actor: ReaderDep, store: StoreDep) -> tuple[Actor, Case]:
     return actor, store.get(actor, case_id)
 
 

@@ -14,9 +14,10 @@ from lubdub.cases.files import FileVault
 from lubdub.cases.values import Case
 from lubdub.report.archive import outcome_from_bytes
 from lubdub.views.export import result_html
-from lubdub.web.api_cases import BEARER, USUAL
+from lubdub.web.api_cases import BEARER, USUAL, CaseId
 from lubdub.web.deps import FilesDep, ReaderDep, StoreDep
 from lubdub.web.schemas import problems
+from lubdub.web.schemas_result import ResultOut
 
 VIEW_POLICY = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' blob:; "
@@ -54,21 +55,24 @@ def _draw(outcome: bytes, case: Case) -> bytes:
     return result_html(outcome_from_bytes(outcome), case.age_years).encode()
 
 
-@router.get("/cases/{case_id}/result", responses=problems("state-conflict"))
-def read_result(case_id: str, actor: ReaderDep, store: StoreDep, files: FilesDep) -> dict[str, Any]:
+RESULT: dict[int | str, dict[str, Any]] = {200: {"model": ResultOut, "description": "The result."}}
+
+
+@router.get("/cases/{case_id}/result", responses=problems("state-conflict") | RESULT)
+def read_result(case_id: CaseId, actor: ReaderDep, store: StoreDep, files: FilesDep) -> dict[str, Any]:
     """The four areas, or the reason why none are shown; positions in the file's own coordinates and unit."""
     return result_of(store.note_reading(actor, case_id, "result.read"), files)
 
 
 @router.get("/cases/{case_id}/view.html", response_class=HTMLResponse, responses=problems("file-not-ready"))
-def read_view(case_id: str, actor: ReaderDep, store: StoreDep, files: FilesDep) -> HTMLResponse:
+def read_view(case_id: CaseId, actor: ReaderDep, store: StoreDep, files: FilesDep) -> HTMLResponse:
     """The result in 3D as one page that needs no connection. Show it in a sandboxed frame."""
     page = view_of(store.note_reading(actor, case_id, "view.read"), files)
     return HTMLResponse(page, headers={"Content-Security-Policy": VIEW_POLICY})
 
 
 @router.get("/cases/{case_id}/scan.ply", response_class=StreamingResponse, responses=problems("file-not-ready"))
-def read_surface(case_id: str, actor: ReaderDep, store: StoreDep, files: FilesDep) -> StreamingResponse:
+def read_surface(case_id: CaseId, actor: ReaderDep, store: StoreDep, files: FilesDep) -> StreamingResponse:
     """The cleaned surface as PLY, in the file's own coordinates and unit."""
     store.note_reading(actor, case_id, "surface.read")
     name = {"Content-Disposition": 'attachment; filename="scan.ply"'}

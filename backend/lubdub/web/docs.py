@@ -7,12 +7,22 @@ from typing import Any
 import jinja2
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, Response
+from markupsafe import Markup, escape
 
 from lubdub.web.problems import PROBLEMS, Problem
 
 router = APIRouter(include_in_schema=False)
 
 _templates = jinja2.Environment(loader=jinja2.PackageLoader("lubdub.web", "documents"), autoescape=True)
+
+
+def _code(text: str) -> Markup:
+    """The text with what stands between backticks as code."""
+    pieces = text.split("`")
+    return Markup("").join(Markup("<code>{}</code>").format(p) if i % 2 else escape(p) for i, p in enumerate(pieces))
+
+
+_templates.filters["code"] = _code
 
 
 @router.get("/api/docs", response_class=HTMLResponse)
