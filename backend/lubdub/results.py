@@ -67,6 +67,11 @@ class Patient:
     sex: Sex | None = None
     posture: Posture = "supine"
 
+    @property
+    def may_have_breasts(self) -> bool:
+        """Whether breasts may have moved the skin: assumed of whoever may be a woman after puberty."""
+        return self.sex != "male" and (self.age_years is None or self.age_years >= PUBERTY_YEARS)
+
 
 @dataclass(frozen=True)
 class Unit:

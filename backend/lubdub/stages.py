@@ -27,7 +27,6 @@ from lubdub.methods import NEEDED, Chest
 from lubdub.results import (
     BONE_LANDMARKS,
     LANDMARK_NAMES,
-    PUBERTY_YEARS,
     Area,
     AreaName,
     CleanScan,
@@ -132,8 +131,7 @@ def _click_sigma(name: LandmarkName) -> float:
 
 
 def _pulls(given: Mapping[LandmarkName, np.ndarray], patient: Patient) -> dict[LandmarkName, Pull]:
-    grown_woman = patient.sex != "male" and (patient.age_years is None or patient.age_years >= PUBERTY_YEARS)
-    nipple = SETTINGS.breast_nipple_pull_mm if grown_woman else SETTINGS.nipple_pull_mm
+    nipple = SETTINGS.breast_nipple_pull_mm if patient.may_have_breasts else SETTINGS.nipple_pull_mm
     bone, navel = SETTINGS.bone_pull_mm, SETTINGS.navel_pull_mm
     sigma = dict(zip(LANDMARK_NAMES, (bone, bone, navel, nipple, nipple), strict=True))
     return {name: Pull(place, sigma[name]) for name, place in given.items()}

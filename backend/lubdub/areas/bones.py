@@ -9,7 +9,7 @@ import numpy as np
 
 from lubdub.areas.anatomy import STERNUM_SPREAD, sternum_length_mm
 from lubdub.areas.rule import Breastbone
-from lubdub.results import BONE_LANDMARKS, PUBERTY_YEARS, LandmarkName, Landmarks, Patient
+from lubdub.results import BONE_LANDMARKS, LandmarkName, Landmarks, Patient
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def believe(
     settings = settings or BoneSettings()
     expected, length_sigma = _expected_length(fitted, patient, settings)
     along_sigma = expected * (
-        settings.fitted_along_breasts_share if _has_breasts(patient) else settings.fitted_along_share
+        settings.fitted_along_breasts_share if patient.may_have_breasts else settings.fitted_along_share
     )
     information, vector = np.zeros((2, 2)), np.zeros(2)
     across, depth = np.zeros((2, 2)), np.zeros(2)
@@ -91,18 +91,13 @@ def _expected_length(
     return expected, settings.age_unknown_spread * expected
 
 
-def _has_breasts(patient: Patient) -> bool:
-    """Whether breasts may have moved the skin; so it is assumed of whoever may be a grown woman."""
-    return patient.sex != "male" and (patient.age_years is None or patient.age_years >= PUBERTY_YEARS)
-
-
 def _notch_from_skin(
     clicked: Landmarks, patient: Patient, expected: float, settings: BoneSettings
 ) -> list[tuple[float, float]]:
     """(height, sigma) of the notch as clicked nipples and navel let one guess it; nothing when it was clicked."""
     if "suprasternal_notch" in clicked or patient.age_years is None:
         return []
-    nipples = settings.breast_nipples_below_notch if _has_breasts(patient) else settings.nipples_below_notch
+    nipples = settings.breast_nipples_below_notch if patient.may_have_breasts else settings.nipples_below_notch
     heights = []
     if "nipple_left" in clicked and "nipple_right" in clicked:
         line = (clicked["nipple_left"].position[1] + clicked["nipple_right"].position[1]) / 2

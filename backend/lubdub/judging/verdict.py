@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from lubdub.judging import reasons
 from lubdub.results import (
     BONE_LANDMARKS,
-    PUBERTY_YEARS,
     AreaName,
     Landmarks,
     Located,
@@ -104,5 +103,4 @@ def _disagree(measures: Mapping[str, float], gates: Gates, size: float) -> bool:
 
 
 def _is_sitting_woman(patient: Patient) -> bool:
-    grown = patient.age_years is None or patient.age_years >= PUBERTY_YEARS
-    return patient.posture == "sitting" and patient.sex == "female" and grown
+    return patient.posture == "sitting" and patient.sex == "female" and patient.may_have_breasts
