@@ -122,7 +122,7 @@ class Workbench:
 def _handed(job: Job, ended: ChildResult) -> Handed:
     """What a child's end means for the case. A crash, a limit or a bundle that does not open: it cannot be read."""
     if ended.status == "refused":
-        return Handed("refused", reason=json.loads(ended.payload))
+        return Handed("refused", reason=_reason(json.loads(ended.payload)))
     if ended.status == "error":
         return Handed("failed", reason=FAILED.to_json())
     if ended.status != "ok":
@@ -134,8 +134,14 @@ def _handed(job: Job, ended: ChildResult) -> Handed:
     files = {name: bundle.parts[name] for name in FILES[job.kind] if name in bundle.parts}
     if job.kind == "check":
         return Handed("awaiting_landmarks", files)
-    is_refused = bundle.facts.get("verdict") == "refuse"
-    return Handed("refused" if is_refused else "done", files, bundle.facts.get("reason"))
+    if bundle.facts["verdict"] == "refuse":
+        return Handed("refused", files, _reason(bundle.facts["reason"]))
+    return Handed("done", files)
+
+
+def _reason(said: Mapping[str, Any]) -> dict[str, str]:
+    """A reason out of a child: its three texts and nothing else. Raises when it is none."""
+    return Reason(str(said["code"]), str(said["message"]), str(said["advice"])).to_json()
 
 
 def _unreadable(detail: str) -> dict[str, str]:

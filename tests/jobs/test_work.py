@@ -1,0 +1,158 @@
+"""What a child's end means for its case, with a stand-in for the child."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pytest
+
+from lubdub.cases.store import Asked
+from lubdub.cases.values import Actor, Job
+from lubdub.jobs.bundle import Bundle
+from lubdub.jobs.sandbox import ChildResult, Limits
+from lubdub.jobs.work import JobSettings, TaskNames, Workbench
+from lubdub.results import Progress
+from tests.cases.conftest import Room, girl_of_six, room
+
+__all__ = ["room"]
+pytestmark = pytest.mark.parametrize("room", ["sqlite"], indirect=True)
+
+EXAMINED = Bundle({}, {"examination.npz": b"npz", "examination.json": b"{}", "scan.ply": b"ply", "../evil": b"x"})
+LOCATED = Bundle({"verdict": "show", "reason": None}, {"result.json": b"{}", "outcome.npz": b"npz", "scan": b"other"})
+REASON = {"code": "mirrored_scan", "message": "m", "advice": "a"}
+REFUSED = Bundle({"verdict": "refuse", "reason": REASON}, {"result.json": b"{}", "outcome.npz": b"npz"})
+
+
+@dataclass
+class StandIn:
+    """Ends every job the same way, after doing what it is told meanwhile."""
+
+    ends: ChildResult | Exception
+    meanwhile: Callable[[], object] = lambda: None
+    asked: list[tuple[str, Bundle]] = field(default_factory=list)
+    progress: int = 1
+
+    def run(
+        self, task: str, payload: bytes, limits: Limits, on_progress: Progress, cancelled: Callable[[], bool] = bool
+    ) -> ChildResult:
+        self.asked.append((task, Bundle.from_bytes(payload)))
+        for step in range(self.progress):
+            on_progress("fit", step / self.progress)
+        self.meanwhile()
+        if cancelled():
+            return ChildResult("cancelled")
+        if isinstance(self.ends, Exception):
+            raise self.ends
+        return self.ends
+
+
+def bench(room: Room, child: StandIn) -> Workbench:
+    return Workbench(room.desk, room.vault, child, JobSettings(Limits(), TaskNames("t:check", "t:locate"), None))
+
+
+def check_job(room: Room) -> tuple[Actor, Job]:
+    actor = room.family()
+    case, _ = room.store.create(actor, girl_of_six())
+    _, job = room.store.receive_scan(actor, case.id, room.vault.seal(case.id, "scan", b"skin"), "mm")
+    return actor, job
+
+
+def locate_job(room: Room) -> tuple[Actor, Job]:
+    actor, check = check_job(room)
+    bench(room, StandIn(ChildResult("ok", EXAMINED.to_bytes()))).do(check.id)
+    return actor, room.store.place_landmarks(actor, check.case_id, Asked({"navel": [1.0, 2.0, 3.0]}))[1]
+
+
+def test_the_child_gets_the_scan_and_what_was_said_and_nothing_that_names_the_case(room: Room) -> None:
+    _, job = locate_job(room)
+    child = StandIn(ChildResult("ok", LOCATED.to_bytes()))
+    bench(room, child).do(job.id)
+    ((task, asked),) = child.asked
+    assert task == "t:locate"
+    assert dict(asked.parts) == {"scan": b"skin"}
+    assert asked.facts["landmarks"] == {"navel": [1.0, 2.0, 3.0]}
+    assert (asked.facts["age_years"], asked.facts["unit"]) == (6.0, "mm")
+    assert job.case_id not in json.dumps(dict(asked.facts))
+
+
+@pytest.mark.parametrize(
+    ("ends", "status", "code"),
+    [
+        (ChildResult("ok", EXAMINED.to_bytes()), "awaiting_landmarks", None),
+        (ChildResult("refused", json.dumps(REASON).encode()), "refused", "mirrored_scan"),
+        (ChildResult("unreadable", detail="No scan."), "refused", "unreadable_file"),
+        (ChildResult("crashed"), "refused", "unreadable_file"),
+        (ChildResult("memory"), "refused", "unreadable_file"),
+        (ChildResult("timeout"), "refused", "unreadable_file"),
+        (ChildResult("ok", b"what a hijacked child might say"), "refused", "unreadable_file"),
+        (ChildResult("refused", b'["no reason"]'), "failed", "internal"),
+        (ChildResult("error"), "failed", "internal"),
+        (RuntimeError("the fork server died"), "failed", "internal"),
+    ],
+)
+def test_however_a_check_ends_the_case_says_so(
+    room: Room, ends: ChildResult | Exception, status: str, code: str | None
+) -> None:
+    actor, job = check_job(room)
+    bench(room, StandIn(ends)).do(job.id)
+    case = room.store.get(actor, job.case_id)
+    assert case.status == status
+    assert (case.reason or {}).get("code") == code
+
+
+@pytest.mark.parametrize(("bundle", "status"), [(LOCATED, "done"), (REFUSED, "refused")])
+def test_a_run_ends_as_its_verdict_says(room: Room, bundle: Bundle, status: str) -> None:
+    actor, job = locate_job(room)
+    bench(room, StandIn(ChildResult("ok", bundle.to_bytes()))).do(job.id)
+    case = room.store.get(actor, job.case_id)
+    assert (case.status, case.reason) == (status, bundle.facts["reason"])
+    assert room.vault.read(job.case_id, "scan") == b"skin"
+
+
+def test_a_cancelled_job_hands_nothing_in(room: Room) -> None:
+    actor, job = locate_job(room)
+    child = StandIn(ChildResult("ok", LOCATED.to_bytes()), lambda: room.store.cancel(actor, job.case_id))
+    bench(room, child).do(job.id)
+    assert room.store.get(actor, job.case_id).status == "awaiting_landmarks"
+
+
+def test_a_job_of_a_deleted_case_ends_quietly(room: Room) -> None:
+    actor, job = check_job(room)
+    child = StandIn(ChildResult("ok", EXAMINED.to_bytes()), lambda: room.privacy.delete(actor, job.case_id))
+    bench(room, child).do(job.id)
+    assert not [path for path in (room.folder / "files").rglob("*") if path.is_file()]
+
+
+def test_a_job_that_nobody_waits_for_is_not_started(room: Room) -> None:
+    actor, job = check_job(room)
+    room.store.cancel(actor, job.case_id)
+    child = StandIn(ChildResult("ok", EXAMINED.to_bytes()))
+    bench(room, child).do(job.id)
+    assert child.asked == []
+
+
+def test_a_job_done_again_after_a_crash_changes_nothing_twice(room: Room) -> None:
+    actor, job = locate_job(room)
+    work = bench(room, StandIn(ChildResult("ok", LOCATED.to_bytes())))
+    work.do(job.id)
+    told = room.store.events_after(actor, job.case_id, 0)
+    work.do(job.id)
+    assert room.store.events_after(actor, job.case_id, 0) == told
+
+
+def test_progress_within_a_stage_is_told_now_and_then(room: Room) -> None:
+    actor, job = check_job(room)
+    bench(room, StandIn(ChildResult("ok", EXAMINED.to_bytes()), progress=2000)).do(job.id)
+    told = [event for event in room.store.events_after(actor, job.case_id, 0, 5000) if event.kind == "progress"]
+    assert 1 <= len(told) < 200
+
+
+def test_a_job_given_up_is_told_as_a_fault_of_ours(room: Room) -> None:
+    actor, job = check_job(room)
+    bench(room, StandIn(ChildResult("ok"))).give_up(job)
+    case = room.store.get(actor, job.case_id)
+    assert case.status == "failed"
+    assert case.reason is not None
+    assert case.reason["code"] == "internal"
