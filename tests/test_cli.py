@@ -209,6 +209,23 @@ def test_a_written_file_is_whole_and_obeys_the_umask(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_link_and_a_pipe_are_written_into_and_not_replaced(tmp_path: Path) -> None:
+    real, link, pipe = tmp_path / "real", tmp_path / "link", tmp_path / "pipe"
+    real.write_text("old")
+    link.symlink_to(real)
+    locate.write_whole(link, b"new")
+    assert link.is_symlink()
+    assert real.read_bytes() == b"new"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        locate.write_whole(pipe, b"through")
+        assert os.read(reader, 100) == b"through"
+    finally:
+        os.close(reader)
+    assert pipe.is_fifo()
+
+
 def test_an_interruption_ends_quietly_with_its_own_code(run: Run, scan: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(path: Path) -> bytes:
         raise KeyboardInterrupt

@@ -78,8 +78,15 @@ def locate(places: Places, said: Mapping[str, Any]) -> int:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it is there completely or, after a failure, as it was before. Raises CommandFault."""
+    """Write a file so that it is there completely or, after a failure, as it was before. Raises CommandFault.
+
+    A link stays a link, and what is no ordinary file (a pipe, /dev/null) is written into, never replaced.
+    """
+    path = path.resolve()
     try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(content)
+            return
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
             with open(handle, "wb") as file:
@@ -104,7 +111,7 @@ def _check_target(target: Path | None) -> None:
         return
     if target.is_dir():
         raise CommandFault(f"{target} is a folder; name a file in it.")
-    if not os.access(target.parent, os.W_OK):
+    if not target.exists() and not os.access(target.parent, os.W_OK):
         raise CommandFault(f"{target} cannot be written: there is no folder {target.parent} open to you.")
 
 
