@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import json
+from collections.abc import AsyncIterator
 from typing import Any
 
+import httpx
 import msgspec
 import pytest
 import viser
@@ -121,3 +124,26 @@ def test_the_live_page_carries_the_policy_that_binds_it(family: Family, case: st
 def test_a_view_is_only_there_once_the_scan_was_checked(family: Family) -> None:
     case = family.opened()
     family.get(f"/view/{case}/", 404)
+
+
+def test_the_page_is_told_when_its_view_is_connected_and_when_it_is_lost(family: Family, case: str) -> None:
+    async def told() -> list[bool]:
+        heard: list[bool] = []
+        address = family.service.settings.address
+        http = httpx.AsyncClient(base_url=address, cookies=family.http.cookies, timeout=30)
+        async with http, http.stream("GET", f"/cases/{case}/points/live") as stream:
+            lines = stream.aiter_lines()
+            heard.append(await _connected(lines))
+            async with dial(family, case):
+                heard.append(await _connected(lines))
+            heard.append(await _connected(lines))
+        return heard
+
+    assert asyncio.run(told()) == [False, True, False]
+
+
+async def _connected(lines: AsyncIterator[str]) -> bool:
+    async for line in lines:
+        if line.startswith("data:"):
+            return bool(json.loads(line.removeprefix("data:"))["connected"])
+    raise AssertionError("the stream ended")

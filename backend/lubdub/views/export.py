@@ -17,6 +17,8 @@ PANEL_HIDING = (
     ".mantine-Paper-root,.mantine-Notification-root,[data-testid='floating-panel'],#webgl-software-rendering"
     "{display:none!important}"
     "html,body,[style*='background-color: rgb(255, 255, 255)']{background-color:#FBF8F3!important}"
+    "@media (prefers-color-scheme:dark){html,body,[style*='background-color: rgb(255, 255, 255)']"
+    "{background-color:#1B2528!important}}"
 )
 
 

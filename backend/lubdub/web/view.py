@@ -32,6 +32,7 @@ REFUSED_QUERY = frozenset({"websocket", "playbackPath"})
 TOO_BIG = 1009
 NOT_FOR_YOU = 1008
 INTERNAL = 1011
+TRY_AGAIN = 1013
 
 
 @asynccontextmanager
@@ -76,10 +77,13 @@ async def relay(websocket: WebSocket, case_id: str, held: ServicesDep, known: Kn
     if view is None:
         return await websocket.close(NOT_FOR_YOU)
     offered = [Subprotocol(name) for name in websocket.scope.get("subprotocols", [])]
-    address = f"ws://127.0.0.1:{view.port}"
-    async with websockets.connect(
-        address, subprotocols=offered or None, max_size=None, compression=None, proxy=None
-    ) as upstream:
+    try:
+        upstream = await websockets.connect(
+            f"ws://127.0.0.1:{view.port}", subprotocols=offered or None, max_size=None, compression=None, proxy=None
+        )
+    except (OSError, websockets.InvalidHandshake):
+        return await websocket.close(TRY_AGAIN)  # the view was just stopped; the page asks for a new one
+    async with upstream:
         await websocket.accept(subprotocol=upstream.subprotocol)
         desk.watched(case_id, +1)
         try:
