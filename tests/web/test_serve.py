@@ -90,9 +90,15 @@ def test_a_worker_that_dies_is_started_again_and_ctrl_c_ends_everything(whole: S
     family = [server.pid, *children(server.pid)]
     family += [grandchild for child in family[1:] for grandchild in children(child)]
     assert len(family) >= 3
-    server.send_signal(signal.SIGINT)
-    server.wait(20)
+    portal = whole.portal()
+    with portal.http.stream("GET", f"/api/v1/cases/{portal.open_case()}/events") as listening:
+        lines = listening.iter_lines()
+        assert next(lines) == "event: status"
+        server.send_signal(signal.SIGINT)
+        assert [line for line in lines if line.startswith("data: ")]
+    assert server.wait(20) == 0
     eventually(lambda: not any(map(is_running, family)))
+    assert "Traceback" not in whole.log.read_text()
 
 
 def test_the_welcome_says_where_everything_is(whole: Service) -> None:

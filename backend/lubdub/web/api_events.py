@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Header
+from fastapi import APIRouter, Depends, Header, Request
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from starlette.concurrency import run_in_threadpool
 
@@ -30,12 +30,15 @@ def _listened(case_id: CaseId, actor: ReaderDep, store: StoreDep) -> tuple[Actor
 
 @router.get("/cases/{case_id}/events", response_class=EventSourceResponse)
 async def listen(
-    listened: Annotated[tuple[Actor, Case], Depends(_listened)], store: StoreDep, last_event_id: LastEventId = 0
+    request: Request,
+    listened: Annotated[tuple[Actor, Case], Depends(_listened)],
+    store: StoreDep,
+    last_event_id: LastEventId = 0,
 ) -> AsyncIterator[ServerSentEvent]:
     """Server-sent events `status` and `progress`, from the first one on; ends when the case has ended."""
     actor, case = listened
     told = last_event_id
-    while True:
+    while not request.app.state.is_stopping():
         try:
             events = await run_in_threadpool(store.events_after, actor, case.id, told)
         except CaseNotFound:

@@ -31,6 +31,7 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.services = open_services(settings)
+        app.state.announce()
         yield
         app.state.services.close()
 
@@ -44,6 +45,9 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
     )
     app.state.settings = settings
+    # Replaced by the server that runs it: whom to tell that it is ready, and whether it is about to end.
+    app.state.announce = lambda: None
+    app.state.is_stopping = lambda: False
     for room in (api_cases, api_events, api_results):
         app.include_router(room.router, prefix="/api/v1")
     app.include_router(health.router)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import socket
 import subprocess  # nosec B404
 import sys
 import threading
+from collections.abc import Callable
 
 import structlog
 import uvicorn
@@ -40,9 +42,9 @@ def serve(settings: Settings) -> None:
     check_openable(settings)
     worker = SupervisedWorker(settings)
     worker.start()
-    _welcome(settings)
+    _say("Lubdub is starting.")
     try:
-        _serve(settings, listening)
+        _serve(settings, listening, lambda: _welcome(settings))
     finally:
         worker.stop()
 
@@ -80,29 +82,37 @@ def check_openable(settings: Settings) -> None:
     database.close()
 
 
-def _serve(settings: Settings, listening: socket.socket) -> None:
+def _serve(settings: Settings, listening: socket.socket, announce: Callable[[], None] = lambda: None) -> None:
+    app = create_app(settings)
+    app.state.announce = announce
     config = uvicorn.Config(
-        create_app(settings),
+        app,
         log_config=None,
         access_log=False,
         server_header=False,
         proxy_headers=settings.behind_tls_proxy,
-        timeout_graceful_shutdown=2,
+        timeout_graceful_shutdown=3,
         ws_max_size=1 << 20,
-        ws_per_message_deflate=False,  # the view's frames are packed already
     )
-    uvicorn.Server(config).run(sockets=[listening])
+    server = uvicorn.Server(config)
+    app.state.is_stopping = lambda: server.should_exit
+    with contextlib.suppress(KeyboardInterrupt):  # Ctrl-C is how it is stopped
+        server.run(sockets=[listening])
 
 
 def _welcome(settings: Settings) -> None:
     lines = (
-        "Lubdub is starting.",
+        "Lubdub is ready.",
         f"  For a parent:            {settings.address}/",
         "  For a portal, a key:     ./lubdub admin key create NAME",
         f"  The REST interface:      {settings.address}/api/docs",
         "Ctrl-C stops everything.",
     )
-    sys.stdout.write("\n".join(lines) + "\n")
+    _say("\n".join(lines))
+
+
+def _say(words: str) -> None:
+    sys.stdout.write(words + "\n")
     sys.stdout.flush()
 
 
