@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
@@ -22,13 +23,8 @@ from lubdub.web.guard import CSRF_FIELD, csrf_token
 FRONTEND = PROJECT_FOLDER / "frontend"
 WHO_COOKIE = "lubdub_who"
 STEPS = 5
-DRAWN: dict[str, tuple[int, int]] = {
-    "aortic": (88, 72),
-    "pulmonary": (112, 72),
-    "tricuspid": (112, 99),
-    "mitral": (128, 119),
-}
-"""Where the four places lie on the line drawing."""
+DRAWING = FRONTEND / "parts" / "drawings" / "body.json"
+"""The line drawing's lines and places, made from a reference body by `references.make.drawing`."""
 
 
 class Words(NullTranslations):
@@ -66,7 +62,9 @@ def _environment(language: str) -> Environment:
         lstrip_blocks=True,
     )
     environment.install_gettext_translations(words_of(language), newstyle=True)  # type: ignore[attr-defined]
-    environment.globals.update(language=language, steps=STEPS, places=place_looks())
+    environment.globals.update(
+        language=language, steps=STEPS, places=place_looks(), body=json.loads(DRAWING.read_text())
+    )
     return environment
 
 
@@ -80,7 +78,6 @@ def place_looks() -> list[dict[str, Any]]:
             "shape": style.shape,
             "colour": _hex(style.colour),
             "ink": _hex(style.ink),
-            "drawn": DRAWN[name],
         }
         for name, style in AREA_STYLES.items()
     ]
