@@ -40,8 +40,9 @@ def test_a_body_of_the_same_family_is_found_again_from_one_noisy_side(index: int
     _, fit = fit_shape(target, pulls_of(reference.landmarks), library().basis, start(size))
     assert fit.surface_residual_mm < 2.0
     assert fit.matched_share > 0.9
-    for name in LANDMARK_NAMES:
-        assert np.linalg.norm(fit.landmarks[name] - reference.landmarks[name]) < 18  # skin slides along skin
+    length = -reference.landmarks["navel"][1]
+    for name in LANDMARK_NAMES:  # skin slides along skin, most of all on a round belly
+        assert np.linalg.norm(fit.landmarks[name] - reference.landmarks[name]) < 0.08 * length
 
 
 @settings(max_examples=4, deadline=None)
