@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 
 import httpx
 import pytest
@@ -198,6 +199,22 @@ def test_too_large_a_body_is_refused_before_and_while_it_is_read(portal: Portal)
     problem(portal.call("PUT", f"/cases/{case}/scan", 413, content=dripping()), "too-large")
     problem(portal.call("POST", "/cases", 413, content=bytes(1_000_001)), "too-large")
     assert portal.state(case)["status"] == "awaiting_scan"
+
+
+def test_an_upload_that_breaks_off_leaves_nothing(service: Service, portal: Portal) -> None:
+    case = portal.open_case()
+    head = [
+        f"PUT /api/v1/cases/{case}/scan HTTP/1.1",
+        "Host: 127.0.0.1",
+        f"Authorization: {portal.http.headers['authorization']}",
+        "Content-Length: 2500000",
+    ]
+    with socket.create_connection(("127.0.0.1", service.settings.port)) as half:
+        half.sendall(("\r\n".join(head) + "\r\n\r\n").encode() + bytes(1_500_000))
+    eventually(lambda: '"status": 499' in service.log.read_text())
+    assert portal.state(case)["status"] == "awaiting_scan"
+    assert not list((service.settings.data_dir / "files" / case).glob("*"))
+    assert "a request failed" not in service.log.read_text()
 
 
 def test_what_does_not_fit_is_a_problem_that_does_not_repeat_it(portal: Portal) -> None:

@@ -7,7 +7,7 @@ import time
 
 import structlog
 from starlette.datastructures import MutableHeaders
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from lubdub.web.problems import answer_error
@@ -34,6 +34,9 @@ HEADERS = {
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
     "Cache-Control": "no-store",
 }
+
+CLIENT_LEFT = 499
+"""Logged, not sent: nobody is there to read it."""
 
 log = structlog.stdlib.get_logger(__name__)
 
@@ -70,6 +73,8 @@ class Envelope:
         structlog.contextvars.bind_contextvars(request_id=request_id)
         try:
             await self._app(scope, receive, dressed)
+        except ClientDisconnect:
+            status = CLIENT_LEFT
         except Exception as error:
             if status:
                 raise  # half an answer is out; the server closes the connection
