@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from playwright.sync_api import Page, expect
 
@@ -24,7 +24,7 @@ def faults(page: Page) -> list[str]:
 
 
 def stands(page: Page) -> None:
-    """Nothing sticks out sideways, everything can be pressed with a thumb, and axe-core has no complaint."""
+    """Nothing sticks out sideways, everything can be pressed with a thumb, and axe-core has no complaint by day or night."""
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"), page.url
     small = page.evaluate(
         """() => [...document.querySelectorAll("main button, main .nhsuk-button, main input[type=file], main .back")]
@@ -32,8 +32,11 @@ def stands(page: Page) -> None:
             .filter(([_, box]) => box.height > 0 && box.height < 43.5).map(([words]) => words)"""
     )
     assert not small, f"{page.url}: too small for a thumb: {small}"
-    found = faults(page)
-    assert not found, "\n".join([page.url, *found])
+    schemes: tuple[Literal["dark", "light"], ...] = ("dark", "light")
+    for scheme in schemes:
+        page.emulate_media(color_scheme=scheme)
+        found = faults(page)
+        assert not found, "\n".join([f"{page.url}, {scheme}", *found])
 
 
 def answer_who(page: Page, years: str = "6", sex: str = "girl or woman") -> None:

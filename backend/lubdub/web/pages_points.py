@@ -58,11 +58,11 @@ def panel(request: Request, case: MarkableDep, family: FamilyDep, desk: DeskDep)
 
 
 @router.get("/cases/{case_id}/points/live", response_class=EventSourceResponse)
-async def live(case: MarkableDep, desk: DeskDep) -> AsyncIterator[ServerSentEvent]:
+async def live(request: Request, case: MarkableDep, desk: DeskDep) -> AsyncIterator[ServerSentEvent]:
     """Tells the page when a point changed and whether the view is connected."""
     told: tuple[int, bool] | None = None
     silent = 0
-    while True:
+    while not request.app.state.is_stopping():
         now = (desk.version(case.id), desk.is_watched(case.id))
         if now != told or silent >= KEEP_ALIVE_POLLS:
             told, silent = now, 0
