@@ -24,7 +24,7 @@ def faults(page: Page) -> list[str]:
 
 
 def stands(page: Page) -> None:
-    """Nothing sticks out sideways, everything can be pressed with a thumb, and axe-core has no complaint by day or night."""
+    """Nothing sticks out sideways, a thumb can press everything, and axe-core has no complaint by day or night."""
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"), page.url
     small = page.evaluate(
         """() => [...document.querySelectorAll("main button, main .nhsuk-button, main input[type=file], main .back")]

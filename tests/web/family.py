@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import dataclass, field
+from typing import Any
 
 import httpx
 
 from lubdub.cases.database import Database
+from lubdub.cases.errors import FileNotFound
 from lubdub.cases.files import FileVault
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.results import Outcome
@@ -86,6 +89,13 @@ class Family:
         eventually(lambda: self.rest_status(case) == "done")
         self.vault.put(case, "outcome.npz", outcome_to_bytes(outcome or sample.outcome()))
         return case
+
+    def marks(self, case: str) -> dict[str, Any]:
+        """What is stored of what was said about the points; empty when nothing was."""
+        try:
+            return dict(json.loads(self.vault.read(case, "marks.json")))
+        except FileNotFound:
+            return {}
 
     def rest_status(self, case: str) -> str:
         """The case's state as REST says it."""

@@ -14,6 +14,7 @@ import viser
 import websockets
 from websockets.typing import Subprotocol
 
+from tests.views import sample
 from tests.web.family import Family
 from tests.web.service import Service
 
@@ -97,6 +98,30 @@ def test_a_share_request_is_swallowed_and_the_view_goes_on(family: Family, case:
             return socket.close_code is None
 
     assert asyncio.run(still_open())
+
+
+def test_a_tap_counts_only_once_the_sides_are_confirmed(service: Service) -> None:
+    family = Family(service)
+    case = family.examined()
+    family.get(f"/view/{case}/")
+    navel = (sample.BODY.landmarks["navel"] / 1000).tolist()
+    look = {"wxyz": [1.0, 0.0, 0.0, 0.0], "position": [0.0, 0.0, 1.0], "fov": 0.6, "near": 0.01, "far": 100.0}
+    window = {"image_height": 400, "image_width": 300, "look_at": [0.0, 0.0, 0.0], "up_direction": [0.0, 1.0, 0.0]}
+    ray = {"ray_origin": [navel[0], navel[1], 1.0], "ray_direction": [0.0, 0.0, -1.0], "screen_pos": [0.5, 0.5]}
+    click = {"type": "SceneNodeClickMessage", "name": "/skin", "instance_index": None, "modifier": None, "owner": ""}
+
+    async def tapped() -> None:
+        async with dial(family, case) as socket:
+            await socket.send(msgspec.msgpack.encode({"type": "ViewerCameraMessage", **look, **window}))
+            await asyncio.sleep(0.3)
+            await socket.send(msgspec.msgpack.encode({**click, **ray}))
+            await asyncio.sleep(0.7)
+
+    asyncio.run(tapped())
+    assert "sides_confirmed" not in family.marks(case)
+    family.post(f"/cases/{case}/size", size="right", side="left")
+    asyncio.run(tapped())
+    assert family.marks(case)["placed"]["suprasternal_notch"][:2] == pytest.approx(navel[:2], abs=1e-4)
 
 
 def test_a_huge_frame_ends_the_connection(family: Family, case: str) -> None:

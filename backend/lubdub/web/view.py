@@ -15,8 +15,10 @@ from websockets.asyncio.client import ClientConnection
 from websockets.typing import Subprotocol
 
 from lubdub.cases.errors import CaseNotFound
+from lubdub.cases.states import TAKES_LANDMARKS
+from lubdub.cases.values import Case
 from lubdub.views.placing import live_page
-from lubdub.views.proxy_rules import FrameTooLarge, Gate
+from lubdub.views.proxy_rules import FrameTooLarge, Gate, ViewerRole
 from lubdub.views.servers import ViewsFull
 from lubdub.web.deps import CaseDep, KnownFamilyDep, ServicesDep
 from lubdub.web.problems import Problem
@@ -70,7 +72,7 @@ async def relay(websocket: WebSocket, case_id: str, held: ServicesDep, known: Kn
     if known is None or not is_own_origin(websocket, held.settings.address):
         return await websocket.close(NOT_FOR_YOU)
     try:
-        await run_in_threadpool(held.store.get, known.actor, case_id)
+        case = await run_in_threadpool(held.store.get, known.actor, case_id)
     except CaseNotFound:
         return await websocket.close(NOT_FOR_YOU)
     view = desk.running(case_id)
@@ -87,10 +89,16 @@ async def relay(websocket: WebSocket, case_id: str, held: ServicesDep, known: Kn
         await websocket.accept(subprotocol=upstream.subprotocol)
         desk.watched(case_id, +1)
         try:
-            await _carry(websocket, upstream)
+            await _carry(websocket, upstream, Gate(await run_in_threadpool(_role, case, desk)))
         finally:
             desk.watched(case_id, -1)
     return None
+
+
+def _role(case: Case, desk: ViewDesk) -> ViewerRole:
+    """Points are placed only while they are asked for; else one may only look."""
+    is_asked = case.status in TAKES_LANDMARKS and desk.marks(case.id).sides_confirmed
+    return "placing" if is_asked else "watching"
 
 
 def is_own_origin(websocket: WebSocket, address: str) -> bool:
@@ -101,10 +109,10 @@ def is_own_origin(websocket: WebSocket, address: str) -> bool:
     return urlsplit(origin).netloc in {urlsplit(address).netloc, websocket.headers.get("host")}
 
 
-async def _carry(websocket: WebSocket, upstream: ClientConnection) -> None:
+async def _carry(websocket: WebSocket, upstream: ClientConnection, gate: Gate) -> None:
     """Both directions until one side ends; the other side then ends with the same code."""
     down = asyncio.create_task(_to_browser(websocket, upstream))
-    up = asyncio.create_task(_to_viser(websocket, upstream))
+    up = asyncio.create_task(_to_viser(websocket, upstream, gate))
     done, _ = await asyncio.wait({down, up}, return_when=asyncio.FIRST_COMPLETED)
     for task in (down, up):
         task.cancel()
@@ -123,8 +131,7 @@ async def _to_browser(websocket: WebSocket, upstream: ClientConnection) -> int:
     return upstream.close_code or 1000
 
 
-async def _to_viser(websocket: WebSocket, upstream: ClientConnection) -> int:
-    gate = Gate("placing")
+async def _to_viser(websocket: WebSocket, upstream: ClientConnection, gate: Gate) -> int:
     try:
         while True:
             frame = await websocket.receive_bytes()
