@@ -307,3 +307,10 @@ def test_the_words_of_a_benchmark_go_to_the_experiments(run: Run, monkeypatch: p
     monkeypatch.setattr(sys, "path", sys.path.copy())
     assert run("benchmark", "cohort", "--seed", 3, "--help")[0] == 7
     assert heard == ["cohort", "--seed", "3", "--help"]
+
+
+def test_a_database_that_cannot_be_opened_is_one_sentence(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LUBDUB_DATABASE_URL", "postgresql+psycopg://nobody@127.0.0.1:1/none")
+    code, said, faults = run("admin", "key", "list")
+    assert (code, said) == (2, "")
+    assert faults == "lubdub: The database cannot be opened. Is it running, and is LUBDUB_DATABASE_URL right?\n"

@@ -1,11 +1,11 @@
-"""What the person who runs the service does by command: portal keys and the retention clock."""
+"""What the person who runs the service does by command: portal keys. All raise CannotOpen."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from lubdub.cases.database import Database
+from lubdub.cases.opening import open_database
 from lubdub.cases.people import SCOPES, People
 from lubdub.cases.values import PortalKey
 
@@ -30,7 +30,7 @@ def revoke_key(database_url: str, key_id: str) -> bool:
 
 @contextmanager
 def _people(database_url: str) -> Iterator[People]:
-    database = Database(database_url)
+    database = open_database(database_url)
     try:
         yield People(database)
     finally:

@@ -16,14 +16,19 @@ class CannotOpen(Exception):
     """The service cannot start. The text is one sentence for the person who runs it."""
 
 
-def open_cases(database_url: str, store_url: str, master_key: Path) -> tuple[Database, FileVault]:
-    """The database, made or upgraded when needed, and the vault. Raises CannotOpen."""
+def open_database(database_url: str) -> Database:
+    """The database, made or upgraded when needed. Raises CannotOpen."""
     try:
-        database = Database(database_url)
+        return Database(database_url)
     except SQLAlchemyError as error:
         raise CannotOpen("The database cannot be opened. Is it running, and is LUBDUB_DATABASE_URL right?") from error
     except OSError as error:
         raise _not_writable(error) from error
+
+
+def open_cases(database_url: str, store_url: str, master_key: Path) -> tuple[Database, FileVault]:
+    """The database and the vault. Raises CannotOpen."""
+    database = open_database(database_url)
     try:
         return database, FileVault(database, store_url, master_key)
     except MasterKeyUnusable as error:

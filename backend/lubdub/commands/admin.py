@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from lubdub.commands.faults import CommandFault
@@ -18,12 +19,26 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     create = verbs.add_parser("create", help="make a key; its token is printed this once")
     create.add_argument("name", help="the portal's name")
     create.add_argument("--scope", action="append", help="what it may do; repeat for several (default: all)")
-    create.set_defaults(run=_create_key)
-    verbs.add_parser("list", help="all keys").set_defaults(run=_list_keys)
+    create.set_defaults(run=_opened(_create_key))
+    verbs.add_parser("list", help="all keys").set_defaults(run=_opened(_list_keys))
     revoke = verbs.add_parser("revoke", help="end a key")
     revoke.add_argument("id", help="the key's id, as `key list` shows it")
-    revoke.set_defaults(run=_revoke_key)
+    revoke.set_defaults(run=_opened(_revoke_key))
     things.add_parser("settings", help="every setting, its value and its meaning").set_defaults(run=_show_settings)
+
+
+def _opened(command: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Namespace], int]:
+    """The command, with a database that cannot be opened said in its own sentence."""
+
+    def run(typed: argparse.Namespace) -> int:
+        from lubdub.cases.opening import CannotOpen
+
+        try:
+            return command(typed)
+        except CannotOpen as fault:
+            raise CommandFault(str(fault)) from fault
+
+    return run
 
 
 def _say(line: str) -> None:
