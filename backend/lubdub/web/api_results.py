@@ -13,17 +13,13 @@ from lubdub.cases.errors import FileNotFound, StateConflict
 from lubdub.cases.files import FileVault
 from lubdub.cases.values import Case
 from lubdub.report.archive import outcome_from_bytes
-from lubdub.views.export import result_html
+from lubdub.views.export import STATIC_POLICY, result_html
 from lubdub.web.api_cases import BEARER, USUAL, CaseId
 from lubdub.web.deps import FilesDep, ReaderDep, StoreDep
 from lubdub.web.schemas import problems
 from lubdub.web.schemas_result import ResultOut
 
-VIEW_POLICY = (
-    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' blob:; "
-    "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:; worker-src blob:; "
-    "frame-ancestors 'self'"
-)
+VIEW_POLICY = f"sandbox allow-scripts; {STATIC_POLICY}; frame-ancestors 'self'"
 """The 3D page carries its scripts inside; it runs without an origin of its own and can reach no server."""
 
 router = APIRouter(tags=["results"], dependencies=[Depends(BEARER)], responses=USUAL)
