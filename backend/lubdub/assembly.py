@@ -95,6 +95,7 @@ def outcome(
         timings_s=clock.seconds(),
         method=provenance,
         steps=fit.steps if fit else (),
+        notes=located.notes,
     )
 
 

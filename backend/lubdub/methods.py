@@ -65,7 +65,7 @@ def by_paper(chest: Chest, library: Library, progress: Progress) -> Located:
     areas = {name: Estimate(place, PAPER_SIGMA * length) for name, place in fit.areas.items()}
     measures = {"surface_residual_mm": fit.surface_residual_mm, "sternum_mm": length}
     measures |= _against_rule(chest, fit.areas) | landmark_residual(fit, chest.landmarks)
-    return Located(areas, fit, choice.ranked, choice.selected.id, measures)
+    return Located(areas, fit, choice.ranked, choice.selected.id, measures, choice.notes)
 
 
 def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:

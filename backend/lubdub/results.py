@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -234,6 +234,8 @@ class Located:
     selected: str | None
     measures: Mapping[str, float]
     """Named numbers for the judge, e.g. `rule_disagreement_mm`, `landmark_residual_mm`."""
+    notes: tuple[str, ...] = ()
+    """What was done that one would not expect, in words."""
 
 
 @dataclass(frozen=True)
@@ -271,7 +273,8 @@ class Outcome:
     quality: Quality | None
     timings_s: Mapping[str, float]
     method: Mapping[str, str]
-    steps: tuple[Mapping[str, float], ...] = field(default=())
+    steps: tuple[Mapping[str, float], ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

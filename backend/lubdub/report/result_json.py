@@ -25,7 +25,7 @@ def result_json(outcome: Outcome) -> dict[str, Any]:
             document["areas"] = {name: _area(area, outcome.scan) for name, area in outcome.areas.items()}
         document["landmarks"] = _landmarks(outcome.landmarks, outcome.scan)
         document["unit"] = _unit(outcome.scan.unit)
-        document["notes"] = list(outcome.scan.notes)
+        document["notes"] = [*outcome.scan.notes, *outcome.notes]
     document["references"] = [
         {"id": one.id, "chamfer_mm": round(one.chamfer_mm, 3), "weight": round(one.weight, 4)}
         for one in outcome.references
