@@ -1,4 +1,4 @@
-"""`lubdub serve`, `web`, `worker` and `openapi`: the service, whole or in its roles."""
+"""`lubdub serve`, `web`, `view`, `worker` and `openapi`: the service, whole or in its roles."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 ROLES = {
     "serve": "the product on one machine: pages, REST interface and worker",
     "web": "the pages and the REST interface alone",
+    "view": "the same as web, for a balancer that keeps /view/ and /cases/*/points of a case in one process",
     "worker": "one worker alone",
 }
 
@@ -61,7 +62,7 @@ def _run_role(typed: argparse.Namespace) -> int:
             from lubdub.web.serve import serve
 
             serve(settings)
-        case "web":
+        case "web" | "view":
             from lubdub.web.serve import run_web
 
             run_web(settings)
