@@ -35,6 +35,18 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
     return run
 
 
+def typed(*words: object) -> tuple[int, str, str]:
+    """The command in a process of its own, as people type it: whole runs fork, and tests hold threads and locks."""
+    end = subprocess.run(
+        [sys.executable, "-m", "lubdub", *map(str, words)],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return end.returncode, end.stdout, end.stderr
+
+
 @pytest.fixture(scope="module")
 def child_scan() -> bodies.BodyScan:
     return bodies.rescale(bodies.turn(bodies.hide_side(bodies.torso_scan(size=0.6)), degrees=(5, 20, 0)), "m")
@@ -58,11 +70,9 @@ def is_one_line(text: str) -> bool:
     return text.count("\n") == 1 and text.endswith("\n") and "Traceback" not in text
 
 
-def test_a_good_scan_gives_the_four_areas_and_exit_code_0(
-    run: Run, scan: Path, landmarks: Path, tmp_path: Path
-) -> None:
+def test_a_good_scan_gives_the_four_areas_and_exit_code_0(scan: Path, landmarks: Path, tmp_path: Path) -> None:
     picture = tmp_path / "picture.png"
-    code, out, err = run("locate", scan, "--landmarks", landmarks, "--age", 6, "--picture", picture)
+    code, out, err = typed("locate", scan, "--landmarks", landmarks, "--age", 6, "--picture", picture)
     assert (code, err) == (0, "")
     result = json.loads(out)
     assert result["verdict"] in {"show", "show_with_care"}
@@ -71,11 +81,11 @@ def test_a_good_scan_gives_the_four_areas_and_exit_code_0(
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_refused_scan_gives_its_reason_and_exit_code_3(run: Run, tmp_path: Path) -> None:
+def test_a_refused_scan_gives_its_reason_and_exit_code_3(tmp_path: Path) -> None:
     belly = bodies.rescale(bodies.only_belly(bodies.torso_scan()), "mm")
     path = tmp_path / "belly.ply"
     path.write_bytes(bodies.write_ply(belly.surface))
-    code, out, err = run("locate", path, "--age", 30, "--unit", "mm", "--out", tmp_path / "result.json")
+    code, out, err = typed("locate", path, "--age", 30, "--unit", "mm", "--out", tmp_path / "result.json")
     assert (code, out, err) == (3, "", "")
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["verdict"] == "refuse"
