@@ -34,7 +34,9 @@ class SizeLimits:
     compact_middle: float = 0.4
     """A trunk alone is at least 0.4 as broad as it is long; a person from head to foot is not (about 0.3)."""
     compact_depth: float = 0.26
-    """And 0.26 as deep as it is broad, a broad newborn seen from one side 0.27; a person on a bed is not (0.1 to 0.25)."""
+    """And 0.26 as deep as it is broad, a broad newborn seen from one side 0.27; a person on a bed is not (0.1-0.25)."""
+    short_compact_depth: float = 0.3
+    """The same below a newborn trunk's length, where a very large adult cropped on a bed reaches 0.27."""
 
 
 LIMITS = SizeLimits()
@@ -124,10 +126,12 @@ def _fitting_size(sides: np.ndarray) -> list[str]:
     """
     names = [name for name, mm in MM_PER_UNIT.items() if _fits(sides[0] * mm, LIMITS.length_found)]
     if names == ["cm", "mm"]:
-        is_compact = sides[1] >= LIMITS.compact_middle * sides[0] and sides[2] >= LIMITS.compact_depth * sides[1]
+        is_long = sides[0] >= LIMITS.trunk_length
+        deep = LIMITS.compact_depth if is_long else LIMITS.short_compact_depth
+        is_compact = sides[1] >= LIMITS.compact_middle * sides[0] and sides[2] >= deep * sides[1]
         if not is_compact:
             return ["cm"]
-        return ["mm"] if sides[0] >= LIMITS.trunk_length else names
+        return ["mm"] if is_long else names
     return names
 
 
