@@ -203,3 +203,18 @@ server.run("{TASKS}:own_pid_then_hang", b"", Limits(), listener)
         parent.kill()
     wait_until(lambda: not is_alive(server_pid))
     wait_until(lambda: not is_alive(child_pid))
+
+
+def test_a_server_whose_parent_left_while_it_warmed_up_ends_without_complaint() -> None:
+    parent, child = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with child:
+        parent.close()
+        end = subprocess.run(
+            [sys.executable, "-m", "lubdub.jobs.warm_process", str(child.fileno())],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+            pass_fds=(child.fileno(),),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    assert (end.returncode, end.stderr) == (0, "")

@@ -53,8 +53,11 @@ class Server:
         self._running = True
 
     def serve(self) -> None:
-        """Until the parent's end of the control socket closes."""
-        self._control.send(READY)
+        """Until the parent's end of the control socket closes, which it may have done while we warmed up."""
+        try:
+            self._control.send(READY)
+        except BrokenPipeError:
+            return
         while self._running:
             for key, _ in self._selector.select():
                 if self._selector.get_map().get(key.fd) is key:  # not closed earlier in this round
