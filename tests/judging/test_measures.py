@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from lubdub.geometry.surface import Surface
+from lubdub.judging.measures import chest_coverage, landmark_residual
+from lubdub.results import LANDMARK_NAMES, Fit, Landmark
+from tests.bodies import hide_side, torso_scan
+from tests.scanned import clean_scan
+
+BODY = torso_scan()
+PLACES = np.array([*BODY.areas.values(), BODY.landmarks["suprasternal_notch"]])
+FRONT = np.array([0.0, 0.0, 1.0])
+
+
+def test_a_whole_front_covers_the_chest() -> None:
+    assert chest_coverage(clean_scan(BODY.surface, FRONT), PLACES, 1.0) == 1.0
+
+
+def test_half_a_chest_is_half_a_coverage() -> None:
+    right = BODY.surface.kept(BODY.surface.vertices[:, 0] < np.median(PLACES[:, 0]))
+    half = chest_coverage(clean_scan(right, FRONT, count=4000), PLACES, 1.0)
+    assert 0.2 < half < 0.8
+
+
+def test_a_back_covers_nothing() -> None:
+    back = hide_side(BODY, (0, 0, -1)).surface
+    assert chest_coverage(clean_scan(back, -FRONT), PLACES, 1.0) == 0.0
+
+
+def fit_at(offset: np.ndarray) -> Fit:
+    landmarks = {name: place + offset for name, place in BODY.landmarks.items()}
+    return Fit(Surface(np.eye(3), np.array([[0, 1, 2]])), landmarks, {}, 1.0, 1.0, 0.5)
+
+
+def test_the_landmark_residual_is_the_distance_to_the_clicks() -> None:
+    clicks = {name: Landmark(BODY.landmarks[name], "given", 5.0) for name in LANDMARK_NAMES}
+    assert landmark_residual(fit_at(np.array([3.0, 4.0, 0.0])), clicks) == {"landmark_residual_mm": pytest.approx(5.0)}
+
+
+def test_suggestions_do_not_vouch_for_themselves() -> None:
+    suggested = {name: Landmark(BODY.landmarks[name], "suggested", 5.0) for name in LANDMARK_NAMES}
+    assert landmark_residual(fit_at(np.zeros(3)), suggested) == {}
