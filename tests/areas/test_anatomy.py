@@ -7,7 +7,6 @@ from lubdub.areas.anatomy import (
     MITRAL,
     MITRAL_UNDER_FOUR,
     age_from_sternum,
-    chestpiece_mm,
     places,
     sternum_length_mm,
 )
@@ -57,7 +56,3 @@ def test_a_newborns_apex_lies_as_far_from_the_midline_as_newborns_were_measured(
 @given(st.floats(1, 17))
 def test_age_and_breastbone_are_each_others_inverse_for_boys(age: float) -> None:
     assert np.isclose(age_from_sternum(sternum_length_mm(age, "male")), age, atol=1e-6)
-
-
-def test_the_chestpiece_grows_with_the_patient() -> None:
-    assert [chestpiece_mm(age) for age in (0.5, 6, 30)] == [26.0, 33.0, 44.0]

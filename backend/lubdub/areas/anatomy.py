@@ -104,10 +104,3 @@ STERNUM_SPREAD = 0.08
 def age_from_sternum(length_mm: float) -> float:
     """The age whose boys have this breastbone, for when nobody said the age; 18 for adult lengths."""
     return float(np.clip((length_mm - 60.408) / 5.616, 0.0, 18.0))
-
-
-def chestpiece_mm(age_years: float) -> float:
-    """Diameter of the usual stethoscope chestpiece: infant, child, adult (makers' data sheets)."""
-    if age_years < 1:
-        return 26.0
-    return 33.0 if age_years < 12 else 44.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
-from lubdub.cases.states import ENDED, JobKind, Status
+from lubdub.cases.states import JobKind, Status
 
 Answer = Literal["no", "yes", "unsure"]
 StopQuestion = Literal["heart_on_right", "chest_operation_or_device", "late_pregnancy"]
@@ -68,11 +68,6 @@ class Case:
     updated_at: datetime
     has_scan: bool
     is_checked: bool
-
-    @property
-    def has_ended(self) -> bool:
-        """True when nothing more happens unless somebody asks."""
-        return self.status in ENDED
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from lubdub.geometry.rigid import best_rigid
 from lubdub.geometry.surface import Surface
 from lubdub.results import RankedReference, Reference
 
@@ -25,7 +26,8 @@ def rank_by_shape(body: Surface, references: Sequence[Reference]) -> tuple[Ranke
     tree = cKDTree(picked)
     distances = []
     for reference in references:
-        other = _laid_on(reference.surface.vertices[::_VERTEX_STEP], picked)
+        source = reference.surface.vertices[::_VERTEX_STEP]
+        other = best_rigid(source, picked).apply(source)
         distances.append((tree.query(other)[0].mean() + cKDTree(other).query(picked)[0].mean()) / 2)
     closeness = np.exp(-(np.array(distances) - min(distances, default=0.0)) / _WEIGHT_MM)
     ranked = [
@@ -33,11 +35,3 @@ def rank_by_shape(body: Surface, references: Sequence[Reference]) -> tuple[Ranke
         for reference, distance, close in zip(references, distances, closeness, strict=True)
     ]
     return tuple(sorted(ranked, key=lambda one: one.chamfer_mm))
-
-
-def _laid_on(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """source (n, 3) after the rigid move that brings it closest to target (n, 3), point by point (Kabsch)."""
-    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    u, _, vt = np.linalg.svd(a.T @ b)
-    turn = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    return a @ u @ turn @ vt + target.mean(axis=0)
