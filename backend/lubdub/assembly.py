@@ -10,16 +10,19 @@ from contextlib import contextmanager
 import numpy as np
 
 from lubdub import __version__
+from lubdub.areas import anatomy
 from lubdub.areas.bones import BoneSettings
 from lubdub.areas.project import DropSettings
 from lubdub.fitting.pose import PoseSettings
 from lubdub.fitting.refine import RefineSettings
+from lubdub.fitting.schedule import PAPER
 from lubdub.fitting.shape import ShapeFitSettings
 from lubdub.geometry.sparse import solver_name
 from lubdub.judging.measures import chest_coverage
 from lubdub.judging.verdict import Evidence, Gates
 from lubdub.landmarks.check import LandmarkLimits
 from lubdub.landmarks.suggest import SuggestionSettings
+from lubdub.library.similar import SimilaritySettings
 from lubdub.methods import Chest
 from lubdub.results import (
     Area,
@@ -35,7 +38,7 @@ from lubdub.results import (
     Reason,
     VerdictWord,
 )
-from lubdub.scans.check import check_scan
+from lubdub.scans import check, clean, crop, limits, normals, pieces, planes, units
 from lubdub.stages import ADULT_STERNUM_MM, SETTINGS
 
 _STARTS_AT = {"read": 0.0, "clean": 0.1, "fit": 0.3, "choose": 0.6, "project": 0.9, "judge": 0.97}
@@ -104,26 +107,43 @@ def refused(reason: Reason, scan: CleanScan | None, provenance: Mapping[str, str
     return Outcome("refuse", (reason,), {}, {}, scan, None, (), None, None, clock.seconds(), provenance)
 
 
-def provenance(method: MethodName, library: Library) -> dict[str, str]:
-    """Everything that decides the numbers: version, method, solver, constants and references."""
-    constants = repr(
+def constants() -> str:
+    """Every constant that decides a result, written out."""
+    return repr(
         (
+            (
+                limits.LIMITS,
+                units.LIMITS,
+                clean.SETTINGS,
+                crop.SETTINGS,
+                normals.SETTINGS,
+                pieces.SETTINGS,
+                planes.SETTINGS,
+            ),
+            check.SETTINGS,
             SETTINGS,
             ShapeFitSettings(),
             RefineSettings(),
             PoseSettings(),
+            PAPER,
+            SimilaritySettings(),
             BoneSettings(),
+            (anatomy.AORTIC, anatomy.PULMONARY, anatomy.TRICUSPID, anatomy.MITRAL, anatomy.MITRAL_UNDER_FOUR),
             DropSettings(),
             LandmarkLimits(),
             SuggestionSettings(),
             Gates(),
         )
     )
+
+
+def provenance(method: MethodName, library: Library) -> dict[str, str]:
+    """Everything that decides the numbers: version, method, solver, constants and references."""
     return {
         "name": method,
         "version": __version__,
         "solver": solver_name(),
-        "parameters_sha256": hashlib.sha256(constants.encode()).hexdigest(),
+        "parameters_sha256": hashlib.sha256(constants().encode()).hexdigest(),
         "references_sha256": library.sha256,
     }
 
@@ -150,5 +170,5 @@ def examined(chest: Chest, trunk_weight: np.ndarray) -> Examination:
         size={name: float(value) for name, value in size.items()},
         coverage=coverage,
         suggested={name: mark for name, mark in chest.landmarks.items() if mark.source == "suggested"},
-        warnings=check_scan(chest.scan),
+        warnings=check.check_scan(chest.scan),
     )

@@ -33,7 +33,7 @@ PLATE_SIZE, PLATE_ASIDE, PLATE_DOWN = 0.19, 0.22, 0.78
 PLATE_LIFT_MM = 8.0
 """The plates are flat and wide: they stand off a curved flank."""
 
-# Diaphragm diameters by clinical.md section 5: infant about 25-27, child about 33, adult 43-44 mm.
+# Diaphragm diameters from stethoscope makers' data sheets: infant about 25-27, child about 33, adult 43-44 mm.
 CHESTPIECE_MM = ((1.0, 26.0), (12.0, 33.0))
 ADULT_CHESTPIECE_MM = 44.0
 
