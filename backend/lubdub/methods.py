@@ -79,7 +79,7 @@ def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
         "surface_residual_mm": chest.fit.surface_residual_mm,
         "strangeness": chest.fit.strangeness,
         "sternum_mm": bone.length_mm,
-        "rule_disagreement_mm": _disagreement(bone, chest),
+        "rule_disagreement_mm": _disagreement(areas, chest.fit, chest.age_years),
         "spread_mm": _spread_mm(areas, chest.overlay.areas),
         **landmark_residual(chest.fit, chest.landmarks),
     }
@@ -96,14 +96,11 @@ def _given(landmarks: Landmarks) -> Landmarks:
     return {name: landmark for name, landmark in landmarks.items() if landmark.source == "given"}
 
 
-def _disagreement(bone: Breastbone, chest: Chest) -> float:
+def _disagreement(areas: Mapping[AreaName, Estimate], fit: Fit, age_years: float) -> float:
     """How far the rule on the fitted body's own bones lies from the answer: a registration against a ruler."""
-    if chest.fit is None:
-        return 0.0
-    fitted = chest.fit.landmarks
     zero = np.zeros(2)
-    own = Breastbone(fitted["suprasternal_notch"], fitted["xiphisternum"], zero, zero)
-    return distance_mm(_positions(place_areas(bone, chest.age_years)), _positions(place_areas(own, chest.age_years)))
+    own = Breastbone(fit.landmarks["suprasternal_notch"], fit.landmarks["xiphisternum"], zero, zero)
+    return distance_mm(_positions(areas), _positions(place_areas(own, age_years)))
 
 
 def _against_rule(chest: Chest, areas: Mapping[AreaName, np.ndarray]) -> dict[str, float]:

@@ -72,6 +72,7 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
             warnings = (*check_scan(laid.scan), *stages.check(laid, request.patient))
         with clock("fit"):
             chest = stages.understand(laid, request.patient, request.method, library)
+            chest = stages.with_overlay(chest, request.method, library)
         with clock("choose"):
             located = METHODS[request.method](chest, library, progress)
         with clock("project"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -116,14 +116,21 @@ def understand(laid: Laid, patient: Patient, method: MethodName, library: Librar
     given = {name: Landmark(place, "given", _click_sigma(name)) for name, place in laid.given.items()}
     if method != "lubdub" and all(name in given for name in NEEDED[method]):
         return Chest(laid.scan, given, patient, _age(patient, given, None))
-    target, pulls = Target.of(laid.scan), _pulls(laid.given, patient)
-    pose, fit = fit_shape(target, pulls, library.basis, laid.start)
-    overlay = refine(fit, target, pulls, library.basis)
+    pose, fit = fit_shape(Target.of(laid.scan), _pulls(laid.given, patient), library.basis, laid.start)
     move = _straighten(pose, fit, laid.given)
-    scan, fit, overlay = laid.scan.moved(move), fit.moved(move), overlay.moved(move)
+    scan, fit = laid.scan.moved(move), fit.moved(move)
     moved = {name: Landmark(move.apply(mark.position), "given", mark.uncertainty_mm) for name, mark in given.items()}
     landmarks = {**suggest(scan, fit), **moved}
-    return Chest(scan, landmarks, patient, _age(patient, moved, fit), fit, overlay)
+    return Chest(scan, landmarks, patient, _age(patient, moved, fit), fit)
+
+
+def with_overlay(chest: Chest, method: MethodName, library: Library) -> Chest:
+    """The chest with the fitted body laid exactly on its skin, for the method that shows it."""
+    if method != "lubdub" or chest.fit is None:
+        return chest
+    clicked = {name: mark.position for name, mark in chest.landmarks.items() if mark.source == "given"}
+    pulls = _pulls(clicked, chest.patient)
+    return replace(chest, overlay=refine(chest.fit, Target.of(chest.scan), pulls, library.basis))
 
 
 def _click_sigma(name: LandmarkName) -> float:
