@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from references.make.anatomy import area_offsets, drop_on_skin
-from references.make.body import Workshop
+from references.make.body import Body, Workshop
 from references.make.fields import bump, front_share, random_smooth_field, slide_on_skin
 from references.make.makehuman import UNSEEN
 from references.make.phenotype import Phenotype
@@ -36,13 +36,19 @@ class Spread:
 
 @dataclass(frozen=True)
 class Subject:
-    """whole: (19158, 3) mm; landmarks: (5, 3); areas: (4, 3): the truth, on the skin, notch at the origin."""
+    """whole: (19158, 3) mm; landmarks: (5, 3); areas: (4, 3): the truth, on the skin, notch at the origin.
+
+    mesh_bones: (2, 3) and mesh_areas: (4, 3) are where the mesh would carry bones and areas if nothing under the skin
+    differed between people: the truth for a registration alone, which can know no more than the skin.
+    """
 
     phenotype: Phenotype
     whole: np.ndarray
     landmarks: np.ndarray
     areas: np.ndarray
     sternum_mm: float
+    mesh_bones: np.ndarray
+    mesh_areas: np.ndarray
 
 
 def draw_modifiers(random: np.random.Generator, phenotype: Phenotype, spread: Spread) -> dict[str, float]:
@@ -64,8 +70,17 @@ def draw_subject(
     vertices = body.vertices
     amplitude = random.uniform(*spread.smooth_mm) * size
     whole = body.whole + random_smooth_field(random, body.whole, vertices, 120.0 * size, amplitude)
+    carried = _carried(body, whole[workshop.torso.indices])
     whole = _slide_soft_parts(workshop, random, whole, body.landmarks.positions, body.sternum_mm, spread)
-    return _with_bones(workshop, random, _draw_bones(random, body.sternum_mm, spread), whole, phenotype, spread)
+    bones = _draw_bones(random, body.sternum_mm, spread)
+    return _with_bones(workshop, random, bones, whole, carried, phenotype, spread)
+
+
+def _carried(body: Body, vertices: np.ndarray) -> np.ndarray:
+    """(6, 3) the body's own bones and areas on its bent skin, vertices (n, 3)."""
+    marks = (body.landmarks, body.areas)
+    places = [np.einsum("kc,kcd->kd", mark.weights, vertices[mark.corners]) for mark in marks]
+    return np.concatenate([places[0][:2], places[1]])
 
 
 def _draw_bones(random: np.random.Generator, expected: float, spread: Spread) -> tuple[float, float]:
@@ -100,6 +115,7 @@ def _with_bones(
     random: np.random.Generator,
     bones: tuple[float, float],
     whole: np.ndarray,
+    carried: np.ndarray,
     phenotype: Phenotype,
     spread: Spread,
 ) -> Subject:
@@ -115,4 +131,6 @@ def _with_bones(
     soft = vertices[workshop.navel_and_nipples]
     origin = marks[0]
     landmarks = np.concatenate([marks[:2], soft]) - origin
-    return Subject(phenotype, whole - origin, landmarks, marks[2:] - origin, sternum)
+    return Subject(
+        phenotype, whole - origin, landmarks, marks[2:] - origin, sternum, carried[:2] - origin, carried[2:] - origin
+    )

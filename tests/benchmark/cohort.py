@@ -6,8 +6,10 @@ they flatter every method that knows that mesh. The bones and areas do not follo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -55,13 +57,22 @@ GROUPS = (
 )
 
 
-def cohort_cases(size: int, seed: int) -> Iterator[Case]:
-    """size people, the groups in turn; the same seed gives the same people."""
-    workshop = Workshop()
-    for number in range(size):
-        random = np.random.default_rng([seed, number])
-        group = GROUPS[number % len(GROUPS)]
-        yield _case(workshop, random, group, f"{group.name} {number}")
+def group_of(number: int) -> Group:
+    """The groups take turns."""
+    return GROUPS[number % len(GROUPS)]
+
+
+def cohort_case(seed: int, number: int) -> Case:
+    """One of the people of a seed, always the same."""
+    random = np.random.default_rng([seed, number])
+    group = group_of(number)
+    return _case(workshop(), random, group, f"{group.name} {number}")
+
+
+@functools.cache
+def workshop() -> Workshop:
+    """MakeHuman and the shared topology, opened once."""
+    return Workshop()
 
 
 def _phenotype(random: np.random.Generator, group: Group) -> Phenotype:
@@ -74,15 +85,24 @@ def _phenotype(random: np.random.Generator, group: Group) -> Phenotype:
 def _case(workshop: Workshop, random: np.random.Generator, group: Group, name: str) -> Case:
     subject = draw_subject(workshop, random, _phenotype(random, group))
     surface, file_from_body = _depth_frame(workshop, subject, random)
+    noise = random.normal(size=(5, 2)) * CLICK_MM[:, None] / np.sqrt(2.0)
+    mesh_landmarks = np.concatenate([subject.mesh_bones, subject.landmarks[2:]])
     phenotype = subject.phenotype
+
+    def named(names: Sequence[str], places: np.ndarray) -> dict[Any, np.ndarray]:
+        return dict(zip(names, file_from_body.apply(places), strict=True))
+
     return Case(
         name=name,
         group=group.name,
         data=bytes(trimesh.PointCloud(surface.vertices).export(file_type="ply")),
         patient=Patient(phenotype.age_years, phenotype.sex),
-        clicks=dict(zip(LANDMARK_NAMES, file_from_body.apply(_clicks(workshop, subject, random)), strict=True)),
-        areas=dict(zip(AREA_NAMES, file_from_body.apply(subject.areas), strict=True)),
+        clicks=named(LANDMARK_NAMES, _clicked(workshop, subject, subject.landmarks, noise)),
+        landmarks=named(LANDMARK_NAMES, subject.landmarks),
+        areas=named(AREA_NAMES, subject.areas),
         mm_per_unit=1.0 / file_from_body.scale,
+        mesh_clicks=named(LANDMARK_NAMES, _clicked(workshop, subject, mesh_landmarks, noise)),
+        mesh_areas=named(AREA_NAMES, subject.mesh_areas),
     )
 
 
@@ -100,7 +120,7 @@ def _depth_frame(workshop: Workshop, subject: Subject, random: np.random.Generat
     return simulate_depth_frame(scene, camera, random)
 
 
-def _clicks(workshop: Workshop, subject: Subject, random: np.random.Generator) -> np.ndarray:
-    noise = random.normal(size=(5, 2)) * CLICK_MM[:, None] / np.sqrt(2.0)
+def _clicked(workshop: Workshop, subject: Subject, landmarks: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """(5, 3) landmarks (5, 3) with noise (5, 2) beside them, on the skin."""
     skin = subject.whole[workshop.torso.indices]
-    return drop_on_skin(subject.landmarks[:, :2] + noise, skin, workshop.torso.triangles).positions
+    return drop_on_skin(landmarks[:, :2] + noise, skin, workshop.torso.triangles).positions

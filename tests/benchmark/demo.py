@@ -28,6 +28,7 @@ def _case(folder: Path) -> Case:
         data=scan.read_bytes(),
         patient=Patient(patient["age_years"], patient["sex"], patient["posture"]),
         clicks={name: np.array(place) for name, place in clicks.items()},
+        landmarks={name: np.array(place) for name, place in truth["landmarks"].items()},
         areas={name: np.array(place) for name, place in truth["areas"].items()},
         mm_per_unit=truth["mm_per_unit"],
     )

@@ -1,16 +1,61 @@
-"""Running the three methods on scans whose truth is known, and adding up how far off they were."""
+"""Running a method on a scan whose truth is known, and adding up how far off it was."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from lubdub.pipeline import Request, locate
 from lubdub.report.result_json import result_json
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, LandmarkName, Library, MethodName, Patient
+from tests.benchmark.experiment import Cell, Row, Table
+
+Points = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scan with its truth; every point (3,) in the file's coordinates.
+
+    clicks: where somebody marked the landmarks; landmarks, areas: the truth under the skin. mesh_clicks and
+    mesh_areas: the same for a body whose bones follow its skin, which is all a registration alone can know.
+    """
+
+    name: str
+    group: str
+    data: bytes
+    patient: Patient
+    clicks: Mapping[LandmarkName, np.ndarray]
+    landmarks: Mapping[LandmarkName, np.ndarray]
+    areas: Mapping[AreaName, np.ndarray]
+    mm_per_unit: float
+    mesh_clicks: Points = field(default_factory=dict)
+    mesh_areas: Points = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One way of asking: which method, with which of the landmarks. carried: judge the mesh's own areas."""
+
+    method: MethodName
+    landmarks: str
+    carried: bool = False
+
+    @property
+    def name(self) -> str:
+        """As the tables call it."""
+        return f"{self.method}, {'mesh alone' if self.carried else self.landmarks}"
+
+    def clicks(self, case: Case) -> dict[LandmarkName, np.ndarray]:
+        """The landmarks handed to the method."""
+        if self.landmarks == "true bones":
+            return {name: case.landmarks[name] for name in LANDMARK_NAMES[:2]}
+        source = case.mesh_clicks if self.carried else case.clicks
+        return {name: source[name] for name in LANDMARK_SETS[self.landmarks]}
+
 
 LANDMARK_SETS: Mapping[str, tuple[LandmarkName, ...]] = {
     "five": LANDMARK_NAMES,
@@ -19,74 +64,87 @@ LANDMARK_SETS: Mapping[str, tuple[LandmarkName, ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class Case:
-    """A scan with its truth. clicks, areas: name -> (3,) in the file's coordinates."""
-
-    name: str
-    group: str
-    data: bytes
-    patient: Patient
-    clicks: Mapping[LandmarkName, np.ndarray]
-    areas: Mapping[AreaName, np.ndarray]
-    mm_per_unit: float
-
-
-@dataclass(frozen=True)
-class Row:
-    """One run. errors_mm, held: by area, empty when refused; held says whether the region held the truth."""
-
-    case: str
-    group: str
-    method: MethodName
-    landmarks: str
-    verdict: str
-    reasons: tuple[str, ...]
-    errors_mm: Mapping[str, float]
-    held: Mapping[str, bool]
-    seconds: float
-
-
-def run(case: Case, method: MethodName, landmarks: str, library: Library) -> Row:
-    """One method on one scan with one set of landmarks."""
-    clicks = {name: case.clicks[name] for name in LANDMARK_SETS[landmarks]}
+def run_on(case: Case, run: Run, library: Library) -> Row:
+    """One method on one scan. Errors are 3D distances in mm from the shown place to the true one."""
     begun = time.perf_counter()
-    outcome = locate(case.data, Request(case.patient, clicks, method=method), library)
+    outcome = locate(case.data, Request(case.patient, run.clicks(case), method=run.method), library)
     seconds = time.perf_counter() - begun
-    found = result_json(outcome).get("areas", {})
-    errors = {
-        name: float(np.linalg.norm(np.array(area["position"]) - case.areas[name])) * case.mm_per_unit
-        for name, area in found.items()
-    }
-    held = {name: errors[name] <= found[name]["radius_mm"] for name in errors}
-    reasons = tuple(reason.code for reason in outcome.reasons)
-    return Row(case.name, case.group, method, landmarks, outcome.verdict, reasons, errors, held, seconds)
+    row: Row = {"case": case.name, "group": case.group, "run": run.name, "verdict": outcome.verdict}
+    row |= {"reasons": " ".join(reason.code for reason in outcome.reasons), "seconds": round(seconds, 4)}
+    found = result_json(outcome)
+    for name, area in found.get("areas", {}).items():
+        place, truth = np.array(area["position"]), case.areas[name]
+        if run.carried and outcome.fit and outcome.scan:
+            place = outcome.scan.body_from_file.inverse().apply(outcome.fit.areas[name])
+            truth = case.mesh_areas[name]
+        row[f"{name}_mm"] = round(float(np.linalg.norm(place - truth)) * case.mm_per_unit, 3)
+        row[f"{name}_radius_mm"] = area["radius_mm"]
+    for name, mark in found.get("landmarks", {}).items():
+        if mark["source"] == "suggested":
+            gap = float(np.linalg.norm(np.array(mark["position"]) - case.landmarks[name])) * case.mm_per_unit
+            row[f"{name}_off_mm"] = round(gap, 3)
+    return row
 
 
-def run_all(cases: Iterable[Case], runs: Sequence[tuple[MethodName, str]], library: Library) -> list[Row]:
-    """Every run on every case, in order."""
-    return [run(case, method, landmarks, library) for case in cases for method, landmarks in runs]
+def errors_of(rows: Sequence[Row]) -> np.ndarray:
+    """All errors of all areas, mm."""
+    return np.array([row[f"{name}_mm"] for row in rows for name in AREA_NAMES if f"{name}_mm" in row])
 
 
-def summary(rows: Sequence[Row]) -> dict[str, float | None]:
+def radii_of(rows: Sequence[Row]) -> np.ndarray:
+    """The radii that belong to `errors_of`, mm."""
+    return np.array([row[f"{name}_radius_mm"] for row in rows for name in AREA_NAMES if f"{name}_mm" in row])
+
+
+def summary(rows: Sequence[Row]) -> dict[str, Cell]:
     """Errors over all areas of all runs that were not refused; nothing clipped, nothing dropped."""
-    errors = np.array([error for row in rows for error in row.errors_mm.values()])
-    shown = [row for row in rows if row.verdict == "show"]
-    held = [inside for row in rows for inside in row.held.values()]
-    by_area = {
-        f"{name}_mm": float(np.mean([row.errors_mm[name] for row in rows if row.errors_mm])) if len(errors) else None
-        for name in AREA_NAMES
-    }
+    errors, shown = errors_of(rows), [row for row in rows if row["verdict"] == "show"]
+
+    def of(values: np.ndarray, number: Callable[[np.ndarray], float]) -> float | None:
+        return float(number(values)) if len(values) else None
+
     return {
         "runs": len(rows),
-        "mean_mm": float(errors.mean()) if len(errors) else None,
-        "median_mm": float(np.median(errors)) if len(errors) else None,
-        "p95_mm": float(np.percentile(errors, 95)) if len(errors) else None,
-        "max_mm": float(errors.max()) if len(errors) else None,
-        "max_shown_mm": max((max(row.errors_mm.values()) for row in shown), default=None),
-        **by_area,
-        "held_share": float(np.mean(held)) if held else None,
-        "shown_share": len(shown) / len(rows),
-        "refused_share": sum(row.verdict == "refuse" for row in rows) / len(rows),
-        "median_s": float(np.median([row.seconds for row in rows])),
+        "mean_mm": of(errors, np.mean),
+        "median_mm": of(errors, np.median),
+        "p95_mm": of(errors, lambda values: np.percentile(values, 95)),
+        "max_mm": of(errors, np.max),
+        "max_shown_mm": of(errors_of(shown), np.max),
+        **{f"{name}_mm": of(area_errors(rows, name), np.mean) for name in AREA_NAMES},
+        "held_share": of(errors <= radii_of(rows), np.mean),
+        "radius_mm": of(radii_of(rows), np.median),
+        "shown_share": of(np.array([row["verdict"] == "show" for row in rows]), np.mean),
+        "refused_share": of(np.array([row["verdict"] == "refuse" for row in rows]), np.mean),
+        "median_s": of(np.array([row["seconds"] for row in rows]), np.median),
     }
+
+
+def area_errors(rows: Sequence[Row], name: AreaName) -> np.ndarray:
+    """Errors of one area, mm."""
+    return np.array([row[f"{name}_mm"] for row in rows if f"{name}_mm" in row])
+
+
+COLUMNS = (
+    *("mean_mm", "median_mm", "p95_mm", "max_mm", "max_shown_mm", "mitral_mm"),
+    *("held_share", "radius_mm", "shown_share", "refused_share", "median_s"),
+)
+
+
+def runs_table(title: str, rows: Sequence[Row]) -> Table:
+    """One line for each run."""
+    lines = []
+    for name in dict.fromkeys(row["run"] for row in rows):
+        numbers = summary([row for row in rows if row["run"] == name])
+        lines.append((name, *(numbers[column] for column in COLUMNS)))
+    return Table(title, ("run", *COLUMNS), lines)
+
+
+def groups_table(title: str, rows: Sequence[Row], column: str) -> Table:
+    """One line for each group of people, one column for each run; cells: `column` of the summary."""
+    runs = list(dict.fromkeys(row["run"] for row in rows))
+    lines: list[tuple[Cell, ...]] = []
+    for group in dict.fromkeys(row["group"] for row in rows):
+        of_group = [row for row in rows if row["group"] == group]
+        cells = [summary([row for row in of_group if row["run"] == run])[column] for run in runs]
+        lines.append((group, *cells))
+    return Table(title, ("group", *runs), lines)

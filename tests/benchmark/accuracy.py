@@ -1,0 +1,130 @@
+"""The experiments that ask one thing: how far is the shown place from the true one? `demo` and `cohort`."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lubdub.library.load import load_library
+from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Library
+from tests.benchmark.cohort import cohort_case, group_of
+from tests.benchmark.demo import demo_cases
+from tests.benchmark.experiment import Experiment, Report, Row, Table, Unit
+from tests.benchmark.measure import Case, Run, errors_of, groups_table, radii_of, run_on, runs_table, summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+HEADLINE = Run("lubdub", "five")
+WITH_CLICKS = (
+    HEADLINE,
+    Run("rule", "five"),
+    Run("paper", "five"),
+    Run("lubdub", "paper's three"),
+    Run("rule", "paper's three"),
+    Run("paper", "paper's three"),
+)
+NO_CLICKS = (Run("lubdub", "none"),)
+FLOOR = (Run("rule", "true bones"),)
+"""What even the true bones leave: how much people differ from the anatomy table."""
+MESH_ALONE = (Run("lubdub", "five", carried=True), Run("paper", "paper's three", carried=True))
+
+_library: Callable[[], Library] = functools.cache(load_library)
+
+
+def run_all(case: Callable[[], Case], runs: Sequence[Run]) -> list[Row]:
+    """Every run on one case."""
+    made = case()
+    return [run_on(made, run, _library()) for run in runs]
+
+
+def _demo_units(size: int, seed: int) -> Iterable[Unit]:
+    runs = (*WITH_CLICKS, *NO_CLICKS)
+    for case in demo_cases()[:size]:
+        yield Unit(case.name, functools.partial(run_all, lambda case=case: case, runs))
+
+
+def _cohort_units(size: int, seed: int) -> Iterable[Unit]:
+    runs = (*WITH_CLICKS, *NO_CLICKS, *FLOOR, *MESH_ALONE)
+    for number in range(size):
+        case = functools.partial(cohort_case, seed, number)
+        yield Unit(f"{group_of(number).name} {number}", functools.partial(run_all, case, runs))
+
+
+def report(rows: list[Row]) -> Report:
+    """`overall` is the default method with five landmarks; then every run, its groups, and the suggestions."""
+    headline = [row for row in rows if row["run"] == HEADLINE.name]
+    unmarked = [row for row in rows if row["run"] == NO_CLICKS[0].name]
+    tables = (
+        runs_table("Errors in mm", rows),
+        groups_table("Mean error in mm by group", rows, "mean_mm"),
+        groups_table("Share of true places inside their region, by group", rows, "held_share"),
+        areas_table(headline),
+        suggestions_table(unmarked),
+    )
+    runs = {
+        name: summary([row for row in rows if row["run"] == name]) for name in dict.fromkeys(r["run"] for r in rows)
+    }
+    numbers: dict[str, Any] = {"overall": summary(headline), "runs": runs, "ratios": ratios(runs)}
+    return Report(tables, numbers, {"errors": functools.partial(plot_errors, rows)})
+
+
+def ratios(runs: dict[str, Any]) -> dict[str, float]:
+    """The means that the claims compare, one run over another."""
+    compared = {
+        "lubdub five / rule five": ("lubdub, five", "rule, five"),
+        "lubdub five / paper three": ("lubdub, five", "paper, paper's three"),
+        "lubdub three / paper three": ("lubdub, paper's three", "paper, paper's three"),
+    }
+    means = {name: numbers["mean_mm"] for name, numbers in runs.items() if numbers["mean_mm"]}
+    return {
+        name: round(means[first] / means[second], 3)
+        for name, (first, second) in compared.items()
+        if first in means and second in means
+    }
+
+
+def areas_table(rows: Sequence[Row]) -> Table:
+    """Each area by itself: error, radius, and how often the region held the truth."""
+    lines = []
+    for area in AREA_NAMES:
+        errors = np.array([row[f"{area}_mm"] for row in rows if f"{area}_mm" in row])
+        radii = np.array([row[f"{area}_radius_mm"] for row in rows if f"{area}_mm" in row])
+        if len(errors):
+            held = float((errors <= radii).mean())
+            lines.append((area, float(errors.mean()), float(errors.max()), float(np.median(radii)), held))
+    columns = ("area", "mean_mm", "max_mm", "median radius_mm", "held_share")
+    return Table(f"{HEADLINE.name}, by area", columns, lines)
+
+
+def suggestions_table(rows: Sequence[Row]) -> Table:
+    """How far landmarks that nobody clicked were suggested from the truth."""
+    lines = []
+    for name in LANDMARK_NAMES:
+        off = np.array([row[f"{name}_off_mm"] for row in rows if f"{name}_off_mm" in row])
+        if len(off):
+            lines.append((name, len(off), float(np.median(off)), float(np.percentile(off, 95)), float(off.max())))
+    return Table("Suggested landmarks, no click", ("landmark", "suggested", "median_mm", "p95_mm", "max_mm"), lines)
+
+
+def plot_errors(rows: Sequence[Row], figure: Figure) -> None:
+    """Cumulative share of areas by error, a curve for each run; and error against radius for the headline."""
+    left, right = figure.subplots(1, 2)
+    for name in dict.fromkeys(row["run"] for row in rows):
+        errors = np.sort(errors_of([row for row in rows if row["run"] == name]))
+        left.step(errors, np.arange(1, len(errors) + 1) / max(len(errors), 1), where="post", label=name)
+    left.set(xlabel="error, mm", ylabel="share of areas", xlim=(0, 50), ylim=(0, 1))
+    left.legend(fontsize=6)
+    headline = [row for row in rows if row["run"] == HEADLINE.name]
+    right.scatter(radii_of(headline), errors_of(headline), s=6)
+    right.axline((0, 0), slope=1, color="grey", linewidth=1)
+    right.set(xlabel="radius of the region, mm", ylabel="error, mm", title=HEADLINE.name)
+
+
+DEMO = Experiment("demo", "the three demo scans, every method", 3, "how many of the scans", _demo_units, report)
+COHORT = Experiment(
+    "cohort", "unseen simulated people, bones drawn under the skin", 200, "how many people", _cohort_units, report
+)
