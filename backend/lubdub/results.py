@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from lubdub.geometry.colour import Colouring
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface
 
@@ -92,6 +93,7 @@ class RawScan:
     """The unit the format itself prescribes (glTF: "m"), if any."""
     notes: tuple[str, ...] = ()
     """What was odd about the file, in words."""
+    colouring: Colouring | None = None
 
 
 @dataclass(frozen=True)

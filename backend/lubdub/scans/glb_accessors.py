@@ -12,7 +12,8 @@ from lubdub.scans.reasons import unreadable
 
 _INDEX_KINDS = {5121: "<u1", 5123: "<u2", 5125: "<u4"}
 _POSITION_KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC3": 3}
+_SHARE_KINDS = {5121: "<u1", 5123: "<u2", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 class Accessors:
@@ -43,6 +44,24 @@ class Accessors:
             raise unreadable("bad_header")
         kind = np.dtype(_INDEX_KINDS[accessor["componentType"]])
         return self._read(accessor, kind).astype(np.int64).ravel()
+
+    def shares(self, number: int, kinds: tuple[str, ...]) -> np.ndarray:
+        """(n, width) float32 colours or places in a picture; whole numbers stand for shares of their greatest."""
+        accessor = self._accessor(number)
+        if accessor["type"] not in kinds:
+            raise unreadable("bad_header")
+        check_counts(accessor["count"])
+        kind = np.dtype(_SHARE_KINDS[accessor["componentType"]])
+        values = self._read(accessor, kind).astype(np.float32)
+        return values if kind.kind == "f" else values / np.float32(np.iinfo(kind).max)
+
+    def view(self, number: int) -> bytes:
+        """The bytes of a buffer view."""
+        view = _at(self._document["bufferViews"], number)
+        start, length = _whole(view.get("byteOffset", 0)), _whole(view["byteLength"])
+        if view.get("buffer", 0) != 0 or start + length > len(self._body):
+            raise unreadable("cut_short")
+        return self._body[start : start + length]
 
     def _accessor(self, number: int) -> Mapping[str, Any]:
         accessor = _at(self._document["accessors"], number)

@@ -28,6 +28,15 @@ class ReadingLimits:
     """Unpacked over packed size; the text of an OBJ packs about 4 to 10 times."""
     glb_document_bytes: int = 8_000_000
     glb_nodes: int = 20_000
+    picture_bytes: int = 60_000_000
+    picture_pixels: int = 70_000_000
+    """8192 x 8192, the largest texture that phones and their apps make."""
+    picture_side: int = 4096
+    """Larger ones are made smaller: over a chest this is a pixel every quarter of a millimetre."""
+    pictures: int = 16
+    pictures_open: int = 100_000_000
+    """Bytes of opened pictures after which no further one is opened; the largest takes 50 million itself."""
+    material_bytes: int = 1_000_000
 
 
 LIMITS = ReadingLimits()

@@ -15,12 +15,11 @@ from lubdub.scans.read_points import read_pcd, read_xyz
 from lubdub.scans.read_stl import read_stl
 from lubdub.scans.reasons import unreadable
 from lubdub.scans.sniff import Kind, sniff
-from lubdub.scans.unzip import only_scan
+from lubdub.scans.unzip import Beside, only_scan
 
 _READERS: Mapping[Kind, Callable[[bytes], RawScan]] = {
     "ply": read_ply,
     "stl": read_stl,
-    "obj": read_obj,
     "glb": read_glb,
     "pcd": read_pcd,
     "xyz": read_xyz,
@@ -36,10 +35,11 @@ def read_scan(data: bytes) -> RawScan:
     if len(data) > LIMITS.file_bytes:
         raise unreadable("too_large")
     kind = sniff(data)
+    beside = Beside()
     if kind == "zip":
-        data = only_scan(data)
+        data, beside = only_scan(data)
         kind = sniff(data)
         if kind == "zip":
             raise unreadable("zip_unsafe")
     with np.errstate(all="ignore"):  # a number that does not fit becomes inf or nan, and these are refused
-        return _READERS[kind](data)
+        return read_obj(data, beside) if kind == "obj" else _READERS[kind](data)

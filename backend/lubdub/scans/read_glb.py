@@ -1,6 +1,6 @@
 """GLB, the binary form of glTF 2.0: positions and triangles of every mesh, carried to where its node puts it.
 
-Metres by specification. Nothing outside the file is ever opened; materials and pictures are left alone.
+Metres by specification. Nothing outside the file is ever opened.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from lubdub.geometry.colour import Colouring
 from lubdub.results import RawScan
 from lubdub.scans.glb_accessors import Accessors
 from lubdub.scans.glb_nodes import placed_meshes
+from lubdub.scans.glb_paint import Paint
 from lubdub.scans.limits import LIMITS, check_counts, checked_surface
 from lubdub.scans.reasons import unreadable
 
@@ -29,11 +31,11 @@ def read_glb(data: bytes) -> RawScan:
     if set(_COMPRESSED) & set(_strings(document.get("extensionsRequired", []))):
         raise unreadable("draco")
     try:
-        vertices, triangles, mirrored = _geometry(document, body)
+        vertices, triangles, mirrored, colouring = _geometry(document, body)
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, ValueError) as error:
         raise unreadable("bad_header") from error
     notes = (MIRRORED_NODE,) if mirrored else ()
-    return RawScan(checked_surface(vertices, triangles), "glb", unit_by_format="m", notes=notes)
+    return RawScan(checked_surface(vertices, triangles), "glb", "m", notes, colouring)
 
 
 def _strings(value: object) -> list[str]:
@@ -64,25 +66,29 @@ def _chunks(data: bytes) -> tuple[Mapping[str, Any], bytes]:
     return document, data[at + 8 : at + 8 + body_length]
 
 
-def _geometry(document: Mapping[str, Any], body: bytes) -> tuple[np.ndarray, np.ndarray, bool]:
+def _geometry(document: Mapping[str, Any], body: bytes) -> tuple[np.ndarray, np.ndarray, bool, Colouring | None]:
     accessors = Accessors(document, body)
+    paint = Paint(document, accessors)
     all_vertices: list[np.ndarray] = []
     all_triangles: list[np.ndarray] = []
     mirrored, vertex_total, face_total = False, 0, 0
     for mesh_index, matrix in placed_meshes(document):
-        for positions, triangles in _primitives(document["meshes"][mesh_index], accessors):
+        for primitive, positions, triangles in _primitives(document["meshes"][mesh_index], accessors):
             check_counts(vertex_total + len(positions), face_total + len(triangles))
             all_vertices.append(positions @ matrix[:3, :3].T + matrix[:3, 3])
             all_triangles.append(triangles + vertex_total)
+            paint.add(primitive, len(positions), triangles)
             vertex_total += len(positions)
             face_total += len(triangles)
             mirrored = mirrored or bool(np.linalg.det(matrix[:3, :3]) < 0)
     if not all_vertices:
         raise unreadable("no_points")
-    return np.concatenate(all_vertices), np.concatenate(all_triangles), mirrored
+    return np.concatenate(all_vertices), np.concatenate(all_triangles), mirrored, paint.colouring()
 
 
-def _primitives(mesh: Mapping[str, Any], accessors: Accessors) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _primitives(
+    mesh: Mapping[str, Any], accessors: Accessors
+) -> Iterator[tuple[Mapping[str, Any], np.ndarray, np.ndarray]]:
     for primitive in mesh["primitives"]:
         if set(_COMPRESSED) & set(primitive.get("extensions", {})):
             raise unreadable("draco")
@@ -93,7 +99,7 @@ def _primitives(mesh: Mapping[str, Any], accessors: Accessors) -> Iterator[tuple
         index = np.arange(len(positions))
         if "indices" in primitive:
             index = accessors.indices(primitive["indices"])
-        yield positions, _triangles(index, mode, len(positions))
+        yield primitive, positions, _triangles(index, mode, len(positions))
 
 
 def _triangles(index: np.ndarray, mode: int, vertex_count: int) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Wavefront OBJ: the geometry only; materials, textures and normals are left alone."""
+"""Wavefront OBJ: the geometry, and its colours where they come with it; normals are left alone."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import numpy as np
 
 from lubdub.results import RawScan
 from lubdub.scans.limits import LIMITS, check_counts, checked_surface
+from lubdub.scans.obj_paint import painted, vertex_colours
 from lubdub.scans.reasons import unreadable
 from lubdub.scans.tables import number_table, polygon_table
+from lubdub.scans.unzip import Beside
 
 _VERTEX_LINE = re.compile(rb"^[ \t]*v[ \t]+([^\r\n]*)", re.MULTILINE)
 _FACE_LINE = re.compile(rb"^[ \t]*f[ \t]+([^\r\n]*)", re.MULTILINE)
@@ -17,19 +19,26 @@ _TEXTURE_AND_NORMAL = re.compile(rb"/[0-9/-]*")
 _CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
 
 
-def read_obj(data: bytes) -> RawScan:
-    """Read an OBJ. Raises ScanUnreadable when it is damaged or names vertices that are not there."""
+def read_obj(data: bytes, beside: Beside | None = None) -> RawScan:
+    """Read an OBJ. Raises ScanUnreadable when it is damaged or names vertices that are not there.
+
+    beside: the files it came with, where its material and pictures are looked for.
+    """
     if b"\\" in data:
         data = _CONTINUED.sub(b" ", data)
     vertex_lines, face_lines = _VERTEX_LINE.findall(data), _FACE_LINE.findall(data)
     check_counts(len(vertex_lines), len(face_lines))
     vertices = number_table(vertex_lines, (0, 1, 2))
-    return RawScan(checked_surface(vertices, _triangles(face_lines)), "obj")
+    triangles, corner_counts = _triangles(face_lines)
+    surface = checked_surface(vertices, triangles)
+    colours = vertex_colours(vertex_lines)
+    return RawScan(surface, "obj", colouring=painted(data, face_lines, corner_counts, colours, beside or Beside()))
 
 
-def _triangles(lines: list[bytes]) -> np.ndarray:
+def _triangles(lines: list[bytes]) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) triangles, and how many corners each line has."""
     if not lines:
-        return np.zeros((0, 3), np.int64)
+        return np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
     if any(b"/" in line for line in (lines[0], lines[len(lines) // 2], lines[-1])):
         lines = _TEXTURE_AND_NORMAL.sub(b"", b"\n".join(lines)).split(b"\n")
     corner_counts = np.array([len(line.split()) for line in lines])
@@ -38,4 +47,4 @@ def _triangles(lines: list[bytes]) -> np.ndarray:
     triangles = polygon_table(lines, corner_counts, first_column=0)
     # Indices start at 1. Negative ones count back from the last vertex read so far, which the exporters of
     # scanning apps never write; checked_surface refuses them as damage.
-    return triangles - 1
+    return triangles - 1, corner_counts

@@ -1,9 +1,10 @@
-"""PLY: text and both binary orders, meshes and clouds. Colours and whatever else it carries are left alone."""
+"""PLY: text and both binary orders, meshes and clouds, with the colours of their vertices."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from lubdub.geometry.colour import Colouring
 from lubdub.results import RawScan
 from lubdub.scans.limits import check_counts, checked_surface, fan
 from lubdub.scans.ply_header import Element, Header, read_header
@@ -12,6 +13,7 @@ from lubdub.scans.reasons import unreadable
 from lubdub.scans.tables import number_table, polygon_table
 
 _FACE_LISTS = ("vertex_indices", "vertex_index")
+_COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 _SPLAT_SIGNS = ({"f_dc_0"}, {"opacity", "scale_0", "rot_0"})
 
 
@@ -28,8 +30,23 @@ def read_ply(data: bytes) -> RawScan:
     if len(set(names)) != len(names) or not {"x", "y", "z"} <= set(names):
         raise unreadable("bad_header")
     check_counts(vertex.count, face.count if face else 0)
-    vertices, triangles = _read_text(data, header) if not header.byte_order else _read_binary(data, header)
-    return RawScan(checked_surface(vertices, triangles), "ply")
+    columns, triangles = _read_text(data, header) if not header.byte_order else _read_binary(data, header)
+    colouring = Colouring(_as_bytes(columns[:, 3:], vertex)) if columns.shape[1] == 6 else None
+    return RawScan(checked_surface(columns[:, :3], triangles), "ply", colouring=colouring)
+
+
+def _wanted(vertex: Element) -> list[str]:
+    """The properties to read: the place, and the colour when there is one."""
+    names = [one.name for one in vertex.properties]
+    colour = next((three for three in _COLOURS if set(three) <= set(names)), ())
+    return ["x", "y", "z", *colour]
+
+
+def _as_bytes(colours: np.ndarray, vertex: Element) -> np.ndarray:
+    """(n, 3) uint8: whole numbers are taken as bytes or as words of 16 bits, fractions as shares of white."""
+    kind = next(one.kind for one in vertex.properties if one.name == _wanted(vertex)[3])
+    scale = {"u1": 1.0, "u2": 1 / 257, "f4": 255.0, "f8": 255.0}.get(kind, 1.0)
+    return np.clip(np.nan_to_num(colours * scale), 0, 255).astype(np.uint8)
 
 
 def _is_last_needed(header: Header, element: Element) -> bool:
@@ -48,7 +65,7 @@ def _list_place(face: Element) -> int:
 
 
 def _read_binary(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray]:
-    vertices, triangles, at = np.zeros((0, 3)), np.zeros((0, 3), np.int64), header.body_start
+    columns, triangles, at = np.zeros((0, 3)), np.zeros((0, 3), np.int64), header.body_start
     for element in header.elements:
         if element.name == "face" and element.count:
             polygons, at = polygons_in_bytes(data, at, element, _list_place(element), header.byte_order)
@@ -58,10 +75,10 @@ def _read_binary(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray]:
         else:
             rows, at = _scalar_rows(data, at, element, header.byte_order)
             if element.name == "vertex":
-                vertices = np.stack([rows[axis].astype(np.float64) for axis in "xyz"], axis=1)
+                columns = np.stack([rows[name].astype(np.float64) for name in _wanted(element)], axis=1)
         if _is_last_needed(header, element):
             break
-    return vertices, triangles
+    return columns, triangles
 
 
 def _scalar_rows(data: bytes, at: int, element: Element, byte_order: str) -> tuple[np.ndarray, int]:
@@ -78,7 +95,7 @@ def _scalar_rows(data: bytes, at: int, element: Element, byte_order: str) -> tup
 
 def _read_text(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray]:
     lines = [line for line in data[header.body_start :].splitlines() if line.strip()]
-    vertices, triangles, at = np.zeros((0, 3)), np.zeros((0, 3), np.int64), 0
+    columns, triangles, at = np.zeros((0, 3)), np.zeros((0, 3), np.int64), 0
     for element in header.elements:
         rows = lines[at : at + element.count]
         if len(rows) < element.count:
@@ -86,9 +103,9 @@ def _read_text(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray]:
         at += element.count
         if element.name == "vertex":
             names = [one.name for one in element.properties]
-            vertices = number_table(rows, [names.index(axis) for axis in "xyz"])
+            columns = number_table(rows, [names.index(name) for name in _wanted(element)])
         elif element.name == "face" and element.count:
             place = _list_place(element)
             corner_counts = number_table(rows, (place,), whole=True)[:, 0]
             triangles = polygon_table(rows, corner_counts, first_column=place + 1)
-    return vertices, triangles
+    return columns, triangles

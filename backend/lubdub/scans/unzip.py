@@ -1,11 +1,13 @@
-"""One scan out of a ZIP, as OBJ exporters pack it with its material and pictures."""
+"""One scan out of a ZIP, as OBJ exporters pack it, and the material and pictures that lie beside it."""
 
 from __future__ import annotations
 
 import io
 import zipfile
 import zlib
+from dataclasses import dataclass
 
+from lubdub.results import ScanUnreadable
 from lubdub.scans.limits import LIMITS
 from lubdub.scans.reasons import unreadable
 
@@ -19,16 +21,43 @@ _INSIDE_OTHERS = (
 )
 
 
-def only_scan(data: bytes) -> bytes:
-    """The content of the one scan in a ZIP. Names inside are only compared, never used as paths.
+_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError, ValueError)
+
+
+@dataclass(frozen=True)
+class Beside:
+    """The other files of a ZIP, found by their bare names."""
+
+    archive: bytes = b""
+
+    def read(self, name: str, at_most: int) -> bytes | None:
+        """The file of this name, whatever folder it lies in; None when it is missing, too large or damaged.
+
+        name: bare or with folders, which are not looked at; upper and lower case are the same.
+        """
+        wanted = _bare(name)
+        try:
+            with zipfile.ZipFile(io.BytesIO(self.archive)) as archive:
+                found = [entry for entry in archive.infolist() if _bare(entry.filename) == wanted]
+                return _unpacked(archive, found[0]) if found and found[0].file_size <= at_most else None
+        except (*_DAMAGE, ScanUnreadable):
+            return None
+
+
+def _bare(name: str) -> str:
+    return name.replace("\\", "/").rsplit("/", 1)[-1].strip().lower()
+
+
+def only_scan(data: bytes) -> tuple[bytes, Beside]:
+    """The content of the one scan in a ZIP, and what lies beside it. Names inside are never used as paths.
 
     Raises ScanUnreadable when there is none or more than one, or when unpacking would not be safe.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             entry = _the_scan(archive.infolist())
-            return _unpacked(archive, entry)
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError, ValueError) as error:
+            return _unpacked(archive, entry), Beside(data)
+    except _DAMAGE as error:
         raise unreadable("zip_unsafe") from error
 
 
