@@ -41,6 +41,17 @@ class Lying:
     """Share of the arm's turn that collar bone and shoulder blade follow."""
 
 
+def draw_lying(random: np.random.Generator) -> Lying:
+    """How one person's flesh sinks: as differently as people's do, by the same judgement."""
+    return Lying(
+        back_pressed=random.uniform(0.06, 0.18),
+        belly_sinks=random.uniform(0.0, 0.12),
+        breast_flattens=random.uniform(0.35, 0.8),
+        breast_slides_up=random.uniform(0.05, 0.5),
+        breast_slides_out=random.uniform(0.05, 0.5),
+    )
+
+
 def lie_down(makehuman: MakeHuman, torso: Torso, phenotype: Phenotype, lying: Lying | None = None) -> np.ndarray:
     """(19158, 3) mm: this person on the back, in MakeHuman's axes (+x patient's left, +y head, +z front)."""
     lying = lying or Lying()

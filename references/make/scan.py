@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, maximum_filter, minimum_filter
 
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, cloud, unit
@@ -44,6 +44,8 @@ class DepthNoise:
     dropout: float = 0.03
     holes: tuple[int, int] = (4, 9)
     grazing_cosine: float = 0.2
+    flying_share: float = 0.0
+    """Of the pixels at a step in depth, how many hang in the air between near and far."""
 
 
 def camera_towards(position: np.ndarray, target: np.ndarray, up: np.ndarray, **lens: float) -> Camera:
@@ -61,35 +63,65 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 
 def smooth_skin(surface: Surface) -> Surface:
-    """One step of Loop subdivision: real skin has no facets."""
+    """One step of Loop subdivision: real skin has no facets. A frayed rim, of which Open3D warns, does no harm."""
     import open3d
 
     mesh = open3d.geometry.TriangleMesh(
         open3d.utility.Vector3dVector(surface.vertices), open3d.utility.Vector3iVector(surface.triangles)
-    ).subdivide_loop(1)
+    )
+    with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+        mesh = mesh.subdivide_loop(1)
     return Surface(np.asarray(mesh.vertices), np.asarray(mesh.triangles))
 
 
+class Stage:
+    """A scene ready to be looked at from many places."""
+
+    def __init__(self, scene: Surface) -> None:
+        import open3d
+
+        self._caster = open3d.t.geometry.RaycastingScene(nthreads=1)
+        self._caster.add_triangles(scene.vertices.astype(np.float32), scene.triangles.astype(np.uint32))
+
+    def cast(self, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(...,) distances to what rays (..., 3) from origin (3,) meet, inf for nothing; and (..., 3) its normals."""
+        starts = np.broadcast_to(origin, rays.shape)
+        hit = self._caster.cast_rays(np.concatenate([starts, rays], axis=-1).astype(np.float32))
+        return hit["t_hit"].numpy().astype(np.float64), hit["primitive_normals"].numpy()
+
+    def nearest(self, points: np.ndarray) -> np.ndarray:
+        """(k, 3) the places of the scene that are nearest to points (k, 3)."""
+        return self._caster.compute_closest_points(points.astype(np.float32))["points"].numpy().astype(np.float64)
+
+
 def depth_image(
-    scene: Surface, camera: Camera, random: np.random.Generator, noise: DepthNoise
+    scene: Surface | Stage, camera: Camera, random: np.random.Generator, noise: DepthNoise
 ) -> tuple[np.ndarray, np.ndarray]:
     """(rows, columns) distances along the rays, NaN where nothing is seen, and (rows, columns, 3) the rays."""
-    import open3d
-
-    caster = open3d.t.geometry.RaycastingScene(nthreads=1)
-    caster.add_triangles(scene.vertices.astype(np.float32), scene.triangles.astype(np.uint32))
+    stage = scene if isinstance(scene, Stage) else Stage(scene)
     rays = camera.rays()
-    origin = np.broadcast_to(camera.position, rays.shape)
-    hit = caster.cast_rays(np.concatenate([origin, rays], axis=-1).astype(np.float32))
-    distance = hit["t_hit"].numpy().astype(np.float64)
-    facing = np.abs((hit["primitive_normals"].numpy() * rays).sum(-1))
+    distance, normals = stage.cast(camera.position, rays)
+    facing = np.abs((normals * rays).sum(-1))
     seen = np.isfinite(distance) & (facing > noise.grazing_cosine) & _no_holes(distance.shape, random, noise)
     distance[~np.isfinite(distance)] = 0.0
     blur = gaussian_filter(random.normal(size=distance.shape), 2.0)
     grain = np.sqrt(1 - noise.correlated_share**2) * random.normal(size=distance.shape)
     grain += noise.correlated_share * blur / blur.std()
     noisy = distance + grain * noise.sigma_mm * (distance / noise.at_mm) ** 2
+    if noise.flying_share > 0:
+        noisy = _with_flying_pixels(noisy, random, noise)
     return np.where(seen, noisy, np.nan), rays
+
+
+STEP_MM = 30.0
+"""A difference in depth between neighbouring pixels that is an edge of something, not its slope."""
+
+
+def _with_flying_pixels(distance: np.ndarray, random: np.random.Generator, noise: DepthNoise) -> np.ndarray:
+    """Time of flight mixes what lies in front of and behind an edge within one pixel."""
+    near, far = minimum_filter(distance, 3), maximum_filter(distance, 3)
+    flies = (near > 0) & (far - near > STEP_MM) & (random.random(distance.shape) < noise.flying_share)
+    return np.where(flies, near + random.random(distance.shape) * (far - near), distance)
 
 
 def _no_holes(shape: tuple[int, ...], random: np.random.Generator, noise: DepthNoise) -> np.ndarray:
@@ -103,7 +135,7 @@ def _no_holes(shape: tuple[int, ...], random: np.random.Generator, noise: DepthN
 
 
 def simulate_depth_frame(
-    scene: Surface, camera: Camera, random: np.random.Generator, noise: DepthNoise | None = None
+    scene: Surface | Stage, camera: Camera, random: np.random.Generator, noise: DepthNoise | None = None
 ) -> tuple[Surface, Similarity]:
     """One depth frame as a cloud in metres in the camera's axes (x right, y down, z forward), and body -> file."""
     distance, rays = depth_image(scene, camera, random, noise or DepthNoise())
@@ -126,15 +158,18 @@ class PhoneSettings:
     turns_deg: tuple[float, ...] = (-75.0, -50.0, -25.0, 0.0, 25.0, 50.0, 75.0)
     heights_mm: tuple[float, ...] = (-120.0, 120.0)
     distance_mm: float = 620.0
+    columns: int = 360
+    rows: int = 270
 
 
 def simulate_phone_mesh(
-    scene: Surface, centre: np.ndarray, random: np.random.Generator, settings: PhoneSettings | None = None
+    scene: Surface | Stage, centre: np.ndarray, random: np.random.Generator, settings: PhoneSettings | None = None
 ) -> Surface:
     """The fused mesh, mm, body frame. centre: (3,) what the phone is pointed at."""
     import open3d
 
     settings = settings or PhoneSettings()
+    stage = scene if isinstance(scene, Stage) else Stage(scene)
     volume = open3d.pipelines.integration.UniformTSDFVolume(
         length=settings.cube_mm,
         resolution=round(settings.cube_mm / settings.voxel_mm),
@@ -146,14 +181,15 @@ def simulate_phone_mesh(
         for along in settings.heights_mm:
             away = settings.distance_mm * np.array([np.sin(turn), 0.0, np.cos(turn)])
             place = centre + away + [0.0, along, 0.0]
-            camera = camera_towards(place, centre + [0.0, 0.3 * along, 0.0], np.array([0.0, 1.0, 0.0]))
-            _integrate(volume, scene, camera, random, settings)
+            lens = {"columns": settings.columns, "rows": settings.rows}
+            camera = camera_towards(place, centre + [0.0, 0.3 * along, 0.0], np.array([0.0, 1.0, 0.0]), **lens)
+            _integrate(volume, stage, camera, random, settings)
     mesh = volume.extract_triangle_mesh()
     return in_fixed_order(Surface(np.asarray(mesh.vertices), np.asarray(mesh.triangles)))
 
 
 def _integrate(
-    volume: object, scene: Surface, camera: Camera, random: np.random.Generator, settings: PhoneSettings
+    volume: object, scene: Stage, camera: Camera, random: np.random.Generator, settings: PhoneSettings
 ) -> None:
     import open3d
 

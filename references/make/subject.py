@@ -15,6 +15,7 @@ from references.make.body import Body, Workshop
 from references.make.fields import bump, front_share, random_smooth_field, slide_on_skin
 from references.make.makehuman import UNSEEN
 from references.make.phenotype import Phenotype
+from references.make.posture import Lying
 
 
 @dataclass(frozen=True)
@@ -60,12 +61,16 @@ def draw_modifiers(random: np.random.Generator, phenotype: Phenotype, spread: Sp
 
 
 def draw_subject(
-    workshop: Workshop, random: np.random.Generator, phenotype: Phenotype, spread: Spread | None = None
+    workshop: Workshop,
+    random: np.random.Generator,
+    phenotype: Phenotype,
+    spread: Spread | None = None,
+    lying: Lying | None = None,
 ) -> Subject:
-    """A person of this phenotype with modifiers, deformation and bones of their own."""
+    """A person of this phenotype with modifiers, deformation and bones of their own. lying: how flesh sinks."""
     spread = spread or Spread()
     phenotype = replace(phenotype, modifiers=draw_modifiers(random, phenotype, spread))
-    body = workshop.body(phenotype)
+    body = workshop.body(phenotype, lying)
     size = min(1.0, body.sternum_mm / 150.0)
     vertices = body.vertices
     amplitude = random.uniform(*spread.smooth_mm) * size

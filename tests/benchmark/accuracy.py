@@ -61,6 +61,7 @@ def report(rows: list[Row]) -> Report:
     tables = (
         runs_table("Errors in mm", rows),
         groups_table("Mean error in mm by group", rows, "mean_mm"),
+        groups_table("Mean error in mm by camera", rows, "mean_mm", "camera"),
         groups_table("Share of true places inside their region, by group", rows, "held_share"),
         areas_table(headline),
         suggestions_table(unmarked),

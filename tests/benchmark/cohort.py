@@ -1,27 +1,51 @@
-"""Unseen simulated people, their bones drawn under the skin with human spread, one noisy depth frame each.
+"""Unseen simulated people, their bones drawn under the skin with human spread, each before one of five scanners.
 
 They come from the same base mesh as the references (other parameters, other modifiers, other deformations), so
 they flatter every method that knows that mesh. The bones and areas do not follow the skin: that part is honest.
+
+What is drawn (sd: one standard deviation; a to b: even; S: length of the breastbone; sizes for an adult):
+
+| what | distribution |
+|---|---|
+| age, sex, build | by `GROUPS`, which take turns; stature sd 4.5 %; muscle, weight, proportions, breasts even |
+| 7 local modifiers of 23 | -0.5 to 0.5 each, none known to the model (`references/make/makehuman.py`, UNSEEN) |
+| smooth deformation | 40 Gaussian hills of 120 mm, root mean square 3 to 7 mm |
+| S; both bones together | sd 8 %; sd 0.04 S |
+| areas: level aortic, pulmonary, tricuspid, mitral; across | sd 0.03, 0.03, 0.04, 0.08 S; sd 0.03, 0.03, 0.03, 0.06 S |
+| nipples up, out; navel | sd 0.10 S, 0.06 S; sd 0.12 S |
+| lying: back pressed; belly sinks | 0.06 to 0.18 of the depth; 0 to 0.12 |
+| breasts flatten; slide up, out | 0.35 to 0.8; 0.05 to 0.5 of their thickness each |
+| arms from the body | 24 to 40 degrees, each side by itself |
+| breath | -4 to 6 mm of the chest's rise; bones and areas ride on the ribs |
+| roll; pitch; head end of the bed raised | sd 3; sd 2 degrees; one in four, 0 to 20 degrees |
+| clicks | bones sd 8 mm, navel and nipples sd 5 mm, on the skin |
+| overhead depth frame (L515) | one frame, 2.5 mm at 0.7 m growing with distance squared, holes, 3 % dropout |
+| phone LiDAR mesh | 10 frames, 5 mm, each 3 mm out of place, fused on 7 to 10 mm voxels; scale sd 1 % |
+| TrueDepth, fused | 9 close frames, 1 mm at 0.4 m, each 0.7 mm and 0.15 degrees out of place; scale sd 0.4 % |
+| structured light | mesh of what is seen, 0.5 mm, bed cut away, any axes |
+| Kinect | one coarse frame, 2 to 5 mm at 1 m, 70 % of it correlated, flying pixels at edges |
+
+The same seed and number are always the same person; `scan` chooses another moment, other clicks, other noise.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import trimesh
 
-from lubdub.geometry.frames import Similarity
+from lubdub.geometry.anchors import anchored
 from lubdub.geometry.surface import Surface
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Patient
 from references.make.anatomy import drop_on_skin
 from references.make.body import Workshop
+from references.make.cameras import SCANNERS, Scene, Shot
+from references.make.moment import Moment, breathe, draw_moment, raised_bed, tilted
 from references.make.phenotype import Phenotype, Sex, draw_phenotype
-from references.make.posture import bed_height
-from references.make.scan import camera_towards, joined, simulate_depth_frame, smooth_skin
+from references.make.posture import bed_height, draw_lying
+from references.make.scan import Stage, smooth_skin
 from references.make.scene import bed
 from references.make.subject import Subject, draw_subject
 from tests.benchmark.measure import Case
@@ -62,17 +86,42 @@ def group_of(number: int) -> Group:
     return GROUPS[number % len(GROUPS)]
 
 
-def cohort_case(seed: int, number: int) -> Case:
-    """One of the people of a seed, always the same."""
-    random = np.random.default_rng([seed, number])
-    group = group_of(number)
-    return _case(workshop(), random, group, f"{group.name} {number}")
+def scanner_of(number: int) -> str:
+    """The scanners take turns too, so that every group meets each of them."""
+    names = list(SCANNERS)
+    return names[(number + number // len(GROUPS)) % len(names)]
+
+
+def cohort_case(seed: int, number: int, scan: int = 0, scanner: str | None = None) -> Case:
+    """One of the people of a seed, always the same; `scan` and `scanner` choose another scan of this person."""
+    subject, person = draw_person(seed, number)
+    random = np.random.default_rng([seed, number, 1 + scan])
+    scene, places = lay(subject, random)
+    used = scanner or scanner_of(number)
+    return case_of(person, used, subject, SCANNERS[used](scene, random), places)
 
 
 @functools.cache
 def workshop() -> Workshop:
     """MakeHuman and the shared topology, opened once."""
     return Workshop()
+
+
+@dataclass(frozen=True)
+class Person:
+    """name: unlike anybody else's; group: a name of `GROUPS`."""
+
+    name: str
+    group: str
+
+
+def draw_person(seed: int, number: int) -> tuple[Subject, Person]:
+    """Who it is, before any scan."""
+    random = np.random.default_rng([seed, number])
+    group = group_of(number)
+    phenotype = _phenotype(random, group)
+    subject = draw_subject(workshop(), random, phenotype, lying=draw_lying(random))
+    return subject, Person(f"{group.name} {number}", group.name)
 
 
 def _phenotype(random: np.random.Generator, group: Group) -> Phenotype:
@@ -82,45 +131,72 @@ def _phenotype(random: np.random.Generator, group: Group) -> Phenotype:
     return replace(drawn, arms_deg=arms, **dict(group.parts))  # type: ignore[arg-type]
 
 
-def _case(workshop: Workshop, random: np.random.Generator, group: Group, name: str) -> Case:
-    subject = draw_subject(workshop, random, _phenotype(random, group))
-    surface, file_from_body = _depth_frame(workshop, subject, random)
-    noise = random.normal(size=(5, 2)) * CLICK_MM[:, None] / np.sqrt(2.0)
-    mesh_landmarks = np.concatenate([subject.mesh_bones, subject.landmarks[2:]])
-    phenotype = subject.phenotype
+@dataclass(frozen=True)
+class Places:
+    """What is known of a person in a scene, on the skin: clicks and truth, each (5, 3) landmarks or (4, 3) areas."""
 
-    def named(names: Sequence[str], places: np.ndarray) -> dict[Any, np.ndarray]:
-        return dict(zip(names, file_from_body.apply(places), strict=True))
+    clicks: np.ndarray
+    landmarks: np.ndarray
+    areas: np.ndarray
+    mesh_clicks: np.ndarray
+    mesh_areas: np.ndarray
+
+
+def lay(subject: Subject, random: np.random.Generator, moment: Moment | None = None) -> tuple[Scene, Places]:
+    """The person on a bed at a moment, clicked by somebody; every place follows every deformation."""
+    size = subject.sternum_mm / 150.0
+    moment = moment or draw_moment(random, size)
+    base, torso = workshop().makehuman.base, workshop().torso
+    parts = _marked(subject, random.normal(size=(5, 2)) * CLICK_MM[:, None] / np.sqrt(2.0))
+    anchors = anchored(Surface(subject.whole[torso.indices], torso.triangles), np.concatenate(parts))
+    whole = tilted(breathe(torso, subject.whole, subject.sternum_mm, moment.breath_mm), moment)
+    skin = smooth_skin(Surface(whole[: base.skin_count], base.triangles))
+    places = Stage(skin).nearest(anchors.on(whole[torso.indices]))
+    level = bed_height(whole, torso) + MATTRESS_GIVES_MM
+    raised = raised_bed(level, subject.sternum_mm, moment.raised_deg)
+    mattress = bed(level, random, 520.0, -1300.0, 480.0)
+    length = float(np.linalg.norm(subject.landmarks[2]))
+    scene = Scene(
+        people=Surface(raised.bent(skin.vertices), skin.triangles),
+        bed=Surface(raised.bent(mattress.vertices), mattress.triangles),
+        centre=raised.bent(np.array([0.0, -0.45 * length, level])),
+        length=length,
+    )
+    ends = np.cumsum([len(part) for part in parts])[:-1]
+    return scene, Places(*np.split(raised.bent(places), ends))
+
+
+def _marked(subject: Subject, noise: np.ndarray) -> tuple[np.ndarray, ...]:
+    """In the order of `Places`, in the body frame. noise: (5, 2) of the clicks, seen from the front."""
+    skin, triangles = subject.whole[workshop().torso.indices], workshop().torso.triangles
+    mesh_landmarks = np.concatenate([subject.mesh_bones, subject.landmarks[2:]])
+
+    def clicked(landmarks: np.ndarray) -> np.ndarray:
+        return drop_on_skin(landmarks[:, :2] + noise, skin, triangles).positions
+
+    clicks, mesh_clicks = clicked(subject.landmarks), clicked(mesh_landmarks)
+    return clicks, subject.landmarks, subject.areas, mesh_clicks, subject.mesh_areas
+
+
+def case_of(person: Person, scanner: str, subject: Subject, shot: Shot, places: Places) -> Case:
+    """The scan with its truth, in the file's coordinates."""
+
+    def landmarks(points: np.ndarray) -> dict[Any, np.ndarray]:
+        return dict(zip(LANDMARK_NAMES, shot.file_from_scene.apply(points), strict=True))
+
+    def areas(points: np.ndarray) -> dict[Any, np.ndarray]:
+        return dict(zip(AREA_NAMES, shot.file_from_scene.apply(points), strict=True))
 
     return Case(
-        name=name,
-        group=group.name,
-        data=bytes(trimesh.PointCloud(surface.vertices).export(file_type="ply")),
-        patient=Patient(phenotype.age_years, phenotype.sex),
-        clicks=named(LANDMARK_NAMES, _clicked(workshop, subject, subject.landmarks, noise)),
-        landmarks=named(LANDMARK_NAMES, subject.landmarks),
-        areas=named(AREA_NAMES, subject.areas),
-        mm_per_unit=1.0 / file_from_body.scale,
-        mesh_clicks=named(LANDMARK_NAMES, _clicked(workshop, subject, mesh_landmarks, noise)),
-        mesh_areas=named(AREA_NAMES, subject.mesh_areas),
+        name=person.name,
+        group=person.group,
+        camera=scanner,
+        data=shot.encoded(),
+        patient=Patient(subject.phenotype.age_years, subject.phenotype.sex),
+        clicks=landmarks(places.clicks),
+        landmarks=landmarks(places.landmarks),
+        areas=areas(places.areas),
+        mm_per_unit=1.0 / shot.file_from_scene.scale,
+        mesh_clicks=landmarks(places.mesh_clicks),
+        mesh_areas=areas(places.mesh_areas),
     )
-
-
-def _depth_frame(workshop: Workshop, subject: Subject, random: np.random.Generator) -> tuple[Surface, Similarity]:
-    """What an overhead depth camera sees of the person on a bed, and body -> file."""
-    base = workshop.makehuman.base
-    skin = smooth_skin(Surface(subject.whole[: base.skin_count], base.triangles))
-    level = bed_height(subject.whole, workshop.torso) + MATTRESS_GIVES_MM
-    length = float(np.linalg.norm(subject.landmarks[2]))
-    centre = np.array([0.0, -0.45 * length, level + 100.0])
-    above = np.array([*random.uniform(-60.0, 60.0, 2), random.uniform(0.8, 1.0) * (350.0 + 1.4 * length)])
-    turn = random.uniform(-0.3, 0.3)
-    camera = camera_towards(centre + above, centre, np.array([np.sin(turn), np.cos(turn), 0.0]))
-    scene = joined([skin, bed(level, random, 520.0, -1300.0, 480.0)])
-    return simulate_depth_frame(scene, camera, random)
-
-
-def _clicked(workshop: Workshop, subject: Subject, landmarks: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """(5, 3) landmarks (5, 3) with noise (5, 2) beside them, on the skin."""
-    skin = subject.whole[workshop.torso.indices]
-    return drop_on_skin(landmarks[:, :2] + noise, skin, workshop.torso.triangles).positions

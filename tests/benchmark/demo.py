@@ -25,6 +25,7 @@ def _case(folder: Path) -> Case:
     return Case(
         name=folder.name,
         group=f"{patient['sex']}, {patient['age_years']:g} years",
+        camera=scan.suffix[1:],
         data=scan.read_bytes(),
         patient=Patient(patient["age_years"], patient["sex"], patient["posture"]),
         clicks={name: np.array(place) for name, place in clicks.items()},

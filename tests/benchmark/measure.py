@@ -34,6 +34,7 @@ class Case:
     mm_per_unit: float
     mesh_clicks: Points = field(default_factory=dict)
     mesh_areas: Points = field(default_factory=dict)
+    camera: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ def run_on(case: Case, run: Run, library: Library) -> Row:
     begun = time.perf_counter()
     outcome = locate(case.data, Request(case.patient, run.clicks(case), method=run.method), library)
     seconds = time.perf_counter() - begun
-    row: Row = {"case": case.name, "group": case.group, "run": run.name, "verdict": outcome.verdict}
+    row: Row = {"case": case.name, "group": case.group, "camera": case.camera, "run": run.name}
+    row["verdict"] = outcome.verdict
     row |= {"reasons": " ".join(reason.code for reason in outcome.reasons), "seconds": round(seconds, 4)}
     found = result_json(outcome)
     for name, area in found.get("areas", {}).items():
@@ -139,12 +141,12 @@ def runs_table(title: str, rows: Sequence[Row]) -> Table:
     return Table(title, ("run", *COLUMNS), lines)
 
 
-def groups_table(title: str, rows: Sequence[Row], column: str) -> Table:
-    """One line for each group of people, one column for each run; cells: `column` of the summary."""
+def groups_table(title: str, rows: Sequence[Row], column: str, by: str = "group") -> Table:
+    """One line for each group of people or each `by`, one column for each run; cells: `column` of the summary."""
     runs = list(dict.fromkeys(row["run"] for row in rows))
     lines: list[tuple[Cell, ...]] = []
-    for group in dict.fromkeys(row["group"] for row in rows):
-        of_group = [row for row in rows if row["group"] == group]
+    for group in dict.fromkeys(row[by] for row in rows):
+        of_group = [row for row in rows if row[by] == group]
         cells = [summary([row for row in of_group if row["run"] == run])[column] for run in runs]
         lines.append((group, *cells))
-    return Table(title, ("group", *runs), lines)
+    return Table(title, (by, *runs), lines)

@@ -9,7 +9,7 @@ from tests.benchmark.measure import Run, errors_of, groups_table, radii_of, run_
 
 
 def row(verdict: str = "show", run: str = "lubdub, five", group: str = "men", **errors: float) -> Row:
-    fields: Row = {"case": "a", "group": group, "run": run, "verdict": verdict, "seconds": 0.5}
+    fields: Row = {"case": "a", "group": group, "camera": "", "run": run, "verdict": verdict, "seconds": 0.5}
     for name, error in errors.items():
         fields |= {f"{name}_mm": error, f"{name}_radius_mm": 20.0}
     return fields
