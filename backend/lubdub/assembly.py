@@ -18,9 +18,11 @@ from lubdub.fitting.refine import RefineSettings
 from lubdub.fitting.schedule import PAPER
 from lubdub.fitting.shape import ShapeFitSettings
 from lubdub.geometry.sparse import solver_name
+from lubdub.geometry.stickers import STICKERS
 from lubdub.judging.measures import chest_coverage
 from lubdub.judging.verdict import Evidence, Gates
 from lubdub.landmarks.check import LandmarkLimits
+from lubdub.landmarks.stickers import StickerSettings
 from lubdub.landmarks.suggest import SuggestionSettings
 from lubdub.library.similar import SimilaritySettings
 from lubdub.methods import Chest
@@ -40,6 +42,7 @@ from lubdub.results import (
 )
 from lubdub.scans import check, clean, crop, limits, normals, pieces, planes, units
 from lubdub.stages import ADULT_STERNUM_MM, SETTINGS
+from lubdub.stickers import StickerGates
 
 _STARTS_AT = {"read": 0.0, "clean": 0.1, "fit": 0.3, "choose": 0.6, "project": 0.9, "judge": 0.97}
 
@@ -131,6 +134,9 @@ def constants() -> str:
             (anatomy.AORTIC, anatomy.PULMONARY, anatomy.TRICUSPID, anatomy.MITRAL, anatomy.MITRAL_UNDER_FOUR),
             DropSettings(),
             LandmarkLimits(),
+            StickerSettings(),
+            StickerGates(),
+            STICKERS,
             SuggestionSettings(),
             Gates(),
         )
@@ -169,6 +175,6 @@ def examined(chest: Chest, trunk_weight: np.ndarray) -> Examination:
         scan=chest.scan,
         size={name: float(value) for name, value in size.items()},
         coverage=coverage,
-        suggested={name: mark for name, mark in chest.landmarks.items() if mark.source == "suggested"},
+        suggested={name: mark for name, mark in chest.landmarks.items() if mark.source != "given"},
         warnings=check.check_scan(chest.scan),
     )

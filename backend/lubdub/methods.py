@@ -93,7 +93,7 @@ PAPER_SIGMA = np.array([0.08, 0.11])
 
 
 def _given(landmarks: Landmarks) -> Landmarks:
-    return {name: landmark for name, landmark in landmarks.items() if landmark.source == "given"}
+    return {name: landmark for name, landmark in landmarks.items() if landmark.is_marked}
 
 
 def _disagreement(areas: Mapping[AreaName, Estimate], fit: Fit, age_years: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,9 +22,8 @@ from lubdub.results import (
     ScanRefused,
 )
 from lubdub.scans.check import check_scan
-from lubdub.scans.clean import clean
 from lubdub.scans.read import read_scan
-from lubdub.scans.units import find_unit
+from lubdub.stickers import prepare
 
 
 @dataclass(frozen=True)
@@ -49,12 +48,13 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
     clock = assembly.Clock(progress)
     with clock("read"):
         raw = read_scan(data)
-        unit = find_unit(raw, request.unit, request.landmarks)
     with clock("clean"):
-        laid = stages.lay_down(clean(raw, unit, request.landmarks), request.landmarks, library.basis)
+        ready = prepare(raw, request.unit, request.landmarks)
+        laid = stages.lay_down(ready.scan, ready.marked, library.basis, ready.by_sticker)
     with clock("fit"):
         chest = stages.understand(laid, request.patient, "lubdub", library)
-    return assembly.examined(chest, library.basis.data_weight)
+    examination = assembly.examined(chest, library.basis.data_weight)
+    return replace(examination, warnings=(*ready.warnings, *examination.warnings), stickers=ready.proof)
 
 
 def locate(data: bytes, request: Request, library: Library, progress: Progress = quiet) -> Outcome:
@@ -65,11 +65,11 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
     try:
         with clock("read"):
             raw = read_scan(data)
-            unit = find_unit(raw, request.unit, request.landmarks)
         with clock("clean"):
-            scan = clean(raw, unit, request.landmarks)
-            laid = stages.lay_down(scan, request.landmarks, library.basis)
-            warnings = (*check_scan(laid.scan), *stages.check(laid, request.patient))
+            ready = prepare(raw, request.unit, request.landmarks)
+            scan = ready.scan
+            laid = stages.lay_down(scan, ready.marked, library.basis, ready.by_sticker)
+            warnings = (*ready.warnings, *check_scan(laid.scan), *stages.check(laid, request.patient))
         with clock("fit"):
             chest = stages.understand(laid, request.patient, request.method, library)
             chest = stages.with_overlay(chest, request.method, library)
@@ -82,4 +82,5 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
             judged = judge(evidence, warnings)
     except ScanRefused as refusal:
         return assembly.refused(refusal.reason, scan, provenance, clock)
-    return assembly.outcome(chest, located, areas, evidence, judged, provenance, clock)
+    outcome = assembly.outcome(chest, located, areas, evidence, judged, provenance, clock)
+    return replace(outcome, stickers=ready.proof)

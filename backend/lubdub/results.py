@@ -10,6 +10,7 @@ import numpy as np
 
 from lubdub.geometry.colour import Colouring
 from lubdub.geometry.frames import Similarity
+from lubdub.geometry.stickers import StickerProof
 from lubdub.geometry.surface import Surface
 
 AreaName = Literal["aortic", "pulmonary", "tricuspid", "mitral"]
@@ -76,11 +77,11 @@ class Patient:
 
 @dataclass(frozen=True)
 class Unit:
-    """The unit of the file's coordinates, and whether somebody said so or it was found from the body's size."""
+    """The unit of the file's coordinates, and whether somebody said so or the size of body or stickers did."""
 
     name: str
     mm_per_unit: float
-    source: Literal["given", "found"]
+    source: Literal["given", "found", "sticker"]
 
 
 @dataclass(frozen=True)
@@ -132,8 +133,13 @@ class Landmark:
     """One point. position: (3,); uncertainty: one standard deviation."""
 
     position: np.ndarray
-    source: Literal["given", "suggested"]
+    source: Literal["given", "suggested", "sticker"]
     uncertainty_mm: float
+
+    @property
+    def is_marked(self) -> bool:
+        """Whether a person put it there, by a click or by a sticker."""
+        return self.source != "suggested"
 
 
 Landmarks = Mapping[LandmarkName, Landmark]
@@ -277,6 +283,7 @@ class Outcome:
     method: Mapping[str, str]
     steps: tuple[Mapping[str, float], ...] = ()
     notes: tuple[str, ...] = ()
+    stickers: StickerProof | None = None
 
 
 @dataclass(frozen=True)
@@ -289,3 +296,4 @@ class Examination:
     coverage: float
     suggested: Landmarks
     warnings: tuple[Reason, ...]
+    stickers: StickerProof | None = None

@@ -53,6 +53,8 @@ class StageSettings:
     bone_click_mm: float = 6.0
     """An expert is off by 5 mm, a parent by 10."""
     skin_click_mm: float = 5.0
+    sticker_mm: float = 5.0
+    """A sticker is read to 1 mm, and saves the click; but it lies where a finger felt the bone."""
     bone_pull_mm: float = 5.0
     navel_pull_mm: float = 8.0
     nipple_pull_mm: float = 10.0
@@ -67,23 +69,33 @@ SETTINGS = StageSettings()
 
 @dataclass(frozen=True)
 class Laid:
-    """A scan in the body frame, the given landmarks in it, and where a shape fit should start."""
+    """A scan in the body frame, the given landmarks in it, and where a shape fit should start.
+
+    by_sticker: those of the landmarks that printed stickers gave.
+    """
 
     scan: CleanScan
     given: Mapping[LandmarkName, np.ndarray]
     start: Pose
+    by_sticker: frozenset[LandmarkName] = frozenset()
 
 
-def lay_down(scan: CleanScan, in_file: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> Laid:
+def lay_down(
+    scan: CleanScan,
+    in_file: Mapping[LandmarkName, np.ndarray],
+    basis: ShapeBasis,
+    by_sticker: frozenset[LandmarkName] = frozenset(),
+) -> Laid:
     """Turn a scan into the body frame: by its landmarks, or by its shape when they do not suffice.
 
-    in_file: landmarks in the file's coordinates. Raises ScanRefused when no turn explains the scan.
+    in_file: landmarks in the file's coordinates; by_sticker: those of them that printed stickers gave.
+    Raises ScanRefused when no turn explains the scan.
     """
     clicked = {name: scan.body_from_file.apply(np.asarray(place, float)) for name, place in in_file.items()}
     if can_frame(clicked):
         move = frame_from_landmarks(clicked, scan.points, scan.normals)
         given = {name: move.apply(place) for name, place in clicked.items()}
-        return Laid(scan.moved(move), given, _start_from(given, basis))
+        return Laid(scan.moved(move), given, _start_from(given, basis), by_sticker)
     found = find_pose(scan, basis)
     if found.score > SETTINGS.pose_misfit_mm * found.pose.body_from_basis.scale:
         raise ScanRefused(reasons.FIT_FAILED)
@@ -92,7 +104,7 @@ def lay_down(scan: CleanScan, in_file: Mapping[LandmarkName, np.ndarray], basis:
     rotation = found.pose.body_from_basis.rotation.T
     move = Similarity(1.0, rotation, -rotation @ found.fit.landmarks["suprasternal_notch"])
     start = Pose(move.after(found.pose.body_from_basis), found.pose.coefficients)
-    return Laid(scan.moved(move), {name: move.apply(place) for name, place in clicked.items()}, start)
+    return Laid(scan.moved(move), {name: move.apply(place) for name, place in clicked.items()}, start, by_sticker)
 
 
 def _start_from(given: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> Pose:
@@ -113,13 +125,13 @@ def check(laid: Laid, patient: Patient) -> tuple[Reason, ...]:
 
 def understand(laid: Laid, patient: Patient, method: MethodName, library: Library) -> Chest:
     """Fit the shape basis where the method needs it, suggest what was not clicked, straighten the frame."""
-    given = {name: Landmark(place, "given", _click_sigma(name)) for name, place in laid.given.items()}
+    given = {name: _mark(name, place, laid.by_sticker) for name, place in laid.given.items()}
     if method != "lubdub" and all(name in given for name in NEEDED[method]):
         return Chest(laid.scan, given, patient, _age(patient, given, None))
     pose, fit = fit_shape(Target.of(laid.scan), _pulls(laid.given, patient), library.basis, laid.start)
     move = _straighten(pose, fit, laid.given)
     scan, fit = laid.scan.moved(move), fit.moved(move)
-    moved = {name: Landmark(move.apply(mark.position), "given", mark.uncertainty_mm) for name, mark in given.items()}
+    moved = {name: replace(mark, position=move.apply(mark.position)) for name, mark in given.items()}
     landmarks = {**suggest(scan, fit), **moved}
     return Chest(scan, landmarks, patient, _age(patient, moved, fit), fit)
 
@@ -128,13 +140,16 @@ def with_overlay(chest: Chest, method: MethodName, library: Library) -> Chest:
     """The chest with the fitted body laid exactly on its skin, for the method that shows it."""
     if method != "lubdub" or chest.fit is None:
         return chest
-    clicked = {name: mark.position for name, mark in chest.landmarks.items() if mark.source == "given"}
+    clicked = {name: mark.position for name, mark in chest.landmarks.items() if mark.is_marked}
     pulls = _pulls(clicked, chest.patient)
     return replace(chest, overlay=refine(chest.fit, Target.of(chest.scan), pulls, library.basis))
 
 
-def _click_sigma(name: LandmarkName) -> float:
-    return SETTINGS.bone_click_mm if name in BONE_LANDMARKS else SETTINGS.skin_click_mm
+def _mark(name: LandmarkName, place: np.ndarray, by_sticker: frozenset[LandmarkName]) -> Landmark:
+    if name in by_sticker:
+        return Landmark(place, "sticker", SETTINGS.sticker_mm)
+    sigma = SETTINGS.bone_click_mm if name in BONE_LANDMARKS else SETTINGS.skin_click_mm
+    return Landmark(place, "given", sigma)
 
 
 def _pulls(given: Mapping[LandmarkName, np.ndarray], patient: Patient) -> dict[LandmarkName, Pull]:

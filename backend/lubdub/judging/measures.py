@@ -27,7 +27,7 @@ def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
 
 def landmark_residual(fit: Fit, landmarks: Landmarks) -> dict[str, float]:
     """`landmark_residual_mm`: root mean square distance from clicked landmarks to the body's own; empty without."""
-    clicked = [name for name, landmark in landmarks.items() if landmark.source == "given"]
+    clicked = [name for name, landmark in landmarks.items() if landmark.is_marked]
     if not clicked:
         return {}
     offsets = [fit.landmarks[name] - landmarks[name].position for name in clicked]

@@ -82,7 +82,7 @@ def _refusals(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
 
 def _cares(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
     measures, patient, size = evidence.located.measures, evidence.patient, evidence.size
-    given = {name for name, landmark in evidence.landmarks.items() if landmark.source == "given"}
+    given = {name for name, landmark in evidence.landmarks.items() if landmark.is_marked}
     checks = (
         (not given, reasons.LANDMARKS_SUGGESTED),
         (bool(given) and not all(name in given for name in BONE_LANDMARKS), reasons.BONES_NOT_GIVEN),

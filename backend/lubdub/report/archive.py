@@ -17,6 +17,7 @@ import numpy as np
 
 from lubdub import results
 from lubdub.geometry.frames import Similarity
+from lubdub.geometry.stickers import StickerProof
 from lubdub.geometry.surface import Surface
 
 T = TypeVar("T")
@@ -25,6 +26,7 @@ _TYPES: dict[str, type[Any]] = {
     kind.__name__: kind
     for kind in (
         Similarity,
+        StickerProof,
         Surface,
         results.Area,
         results.CleanScan,

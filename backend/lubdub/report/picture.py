@@ -117,7 +117,7 @@ def _chest(outcome: Outcome, view: View, trunk: float) -> Image.Image:
     image = _small(picture, view)
     pen = ImageDraw.Draw(image)
     for landmark in outcome.landmarks.values():
-        _dot(pen, view.pixels_of(landmark.position)[0], hollow=landmark.source == "suggested")
+        _dot(pen, view.pixels_of(landmark.position)[0], hollow=not landmark.is_marked)
     for name, area in outcome.areas.items():
         Page.letter(image, STYLES[name], view.pixels_of(area.position)[0], shape_mm / view.mm_per_pixel)
     return image

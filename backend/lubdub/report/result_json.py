@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lubdub.geometry.frames import Similarity
+from lubdub.geometry.stickers import StickerProof
 from lubdub.results import Area, CleanScan, Examination, Landmarks, Outcome, Quality, Unit
 
 DECIMALS_MM = 3
@@ -25,6 +26,7 @@ def result_json(outcome: Outcome) -> dict[str, Any]:
             document["areas"] = {name: _area(area, outcome.scan) for name, area in outcome.areas.items()}
         document["landmarks"] = _landmarks(outcome.landmarks, outcome.scan)
         document["unit"] = _unit(outcome.scan.unit)
+        document["stickers"] = _stickers(outcome.stickers)
         document["notes"] = [*outcome.scan.notes, *outcome.notes]
     document["references"] = [
         {"id": one.id, "chamfer_mm": round(one.chamfer_mm, 3), "weight": round(one.weight, 4)}
@@ -43,6 +45,7 @@ def examination_json(examination: Examination) -> dict[str, Any]:
     scan = examination.scan
     return {
         "unit": _unit(scan.unit),
+        "stickers": _stickers(examination.stickers),
         "body_from_file": np.round(scan.body_from_file.matrix(), 9).tolist(),
         "size": {name: round(value, 1) for name, value in examination.size.items()},
         "coverage": round(examination.coverage, 3),
@@ -81,6 +84,11 @@ def _position(position: np.ndarray, file_from_body: Similarity) -> list[float]:
 
 def _unit(unit: Unit) -> dict[str, Any]:
     return {"name": unit.name, "mm_per_unit": unit.mm_per_unit, "source": unit.source}
+
+
+def _stickers(proof: StickerProof | None) -> dict[str, Any] | None:
+    """Null when none were seen. A scan that stickers show to be mirrored is refused, so handedness is `proved` here."""
+    return None if proof is None else {"found": list(proof.found), "scale": proof.scale, "handedness": "proved"}
 
 
 def _quality(quality: Quality | None) -> dict[str, float | None] | None:

@@ -121,7 +121,7 @@ def show_landmarks(
     """A pin for each landmark, numbered as in the list beside the view. Returns the balls, which can be dragged."""
     balls = {}
     for name, landmark in landmarks.items():
-        sure = landmark.source == "given"
+        sure = landmark.is_marked
         balls[name] = scene.add_icosphere(
             f"/landmarks/{name}",
             radius=size_mm * 0.42 * VIEW,

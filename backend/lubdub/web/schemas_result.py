@@ -32,7 +32,7 @@ class LandmarkOut(Exact):
     """One landmark as it was used."""
 
     position: Place
-    source: Literal["given", "suggested"]
+    source: Literal["given", "suggested", "sticker"]
     uncertainty_mm: float = Field(description="One standard deviation.")
 
 
@@ -41,7 +41,15 @@ class UnitOut(Exact):
 
     name: str
     mm_per_unit: float
-    source: Literal["given", "found"]
+    source: Literal["given", "found", "sticker"]
+
+
+class StickersOut(Exact):
+    """What printed stickers on the scan proved."""
+
+    found: list[LandmarkName] = Field(description="The bones on which one was seen.")
+    scale: float = Field(description="Their size on the scan over their printed size: 1 when both are true.")
+    handedness: Literal["proved"] = Field(description="They read forwards: the scan is not mirrored.")
 
 
 class ReferenceOut(Exact):
@@ -69,6 +77,7 @@ class ResultOut(Exact):
     areas: dict[AreaName, AreaOut] | None = None
     landmarks: dict[LandmarkName, LandmarkOut] | None = None
     unit: UnitOut | None = None
+    stickers: StickersOut | None = Field(None, description="Null when no printed sticker was seen.")
     notes: list[str] | None = Field(None, description="What was done to the scan, in words.")
     references: list[ReferenceOut] | None = None
     selected: str | None = None
@@ -87,4 +96,5 @@ class ExaminationOut(Exact):
     coverage: float = Field(description="How much of the chest is on the scan, 0 to 1.")
     notes: list[str]
     warnings: list[ReasonOut]
-    suggested_landmarks: dict[LandmarkName, LandmarkOut]
+    suggested_landmarks: dict[LandmarkName, LandmarkOut] = Field(description="And those that printed stickers marked.")
+    stickers: StickersOut | None = Field(None, description="Null when no printed sticker was seen.")

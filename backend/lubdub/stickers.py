@@ -1,0 +1,126 @@
+"""What printed stickers add to a scan: two bones that are marked already, a check of its size, and its handedness.
+
+Joins reading and cleaning (`scans`) with finding stickers (`landmarks`); the pipeline takes this step first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lubdub.geometry.colour import Colouring
+from lubdub.geometry.frames import MM_PER_UNIT
+from lubdub.geometry.stickers import BONES, SeenSticker, StickerProof
+from lubdub.geometry.surface import Surface
+from lubdub.landmarks import sticker_reasons
+from lubdub.landmarks.stickers import find_stickers
+from lubdub.results import CleanScan, LandmarkName, RawScan, Reason, ScanRefused, Unit
+from lubdub.scans.clean import clean
+from lubdub.scans.units import find_unit
+
+
+@dataclass(frozen=True)
+class StickerGates:
+    """What stickers and a person's own marks may disagree about."""
+
+    scale_care: float = 0.05
+    """A sheet printed to fit the page is 3-6 % small, phone scans are 1-3 % off; measured error of reading 1 %."""
+    scale_refuse: float = 0.2
+    unit_tolerance: float = 0.2
+    """Metres, centimetres and millimetres lie a factor of ten apart."""
+    moved_mm: float = 6.0
+    """A mark nearer to its sticker than this was accepted, not moved."""
+    care_mm: float = 25.0
+
+
+GATES = StickerGates()
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A clean scan with all that is marked on it. marked: name -> (3,) in the file's coordinates, clicks and stickers
+    together; by_sticker: which of them stickers gave."""
+
+    scan: CleanScan
+    marked: Mapping[LandmarkName, np.ndarray]
+    by_sticker: frozenset[LandmarkName] = frozenset()
+    proof: StickerProof | None = None
+    warnings: tuple[Reason, ...] = ()
+
+
+def prepare(raw: RawScan, unit_given: str | None, clicked: Mapping[LandmarkName, np.ndarray]) -> Prepared:
+    """Unit, cleaning and stickers. clicked: name -> (3,) in the file's coordinates.
+
+    Raises ScanUnreadable and ScanRefused as `find_unit` and `clean` do, and ScanRefused when stickers show that the
+    scan is mirrored or its size untrue.
+    """
+    unit = find_unit(raw, unit_given, clicked)
+    scan = clean(raw, unit, clicked)
+    if raw.colouring is None:
+        return Prepared(scan, clicked)
+    seen = _seen(raw, raw.colouring, scan)
+    if not seen:
+        return Prepared(scan, clicked)
+    _check_sides(seen)
+    scale = float(np.mean([one.scale for one in seen]))
+    better = _better_unit(unit, scale)
+    if better is not None:
+        scan, seen = clean(raw, better, clicked), _rescaled(seen, unit, better)
+        scale *= better.mm_per_unit / unit.mm_per_unit
+    return _marked(scan, seen, clicked, scale)
+
+
+def _seen(raw: RawScan, colouring: Colouring, scan: CleanScan) -> tuple[SeenSticker, ...]:
+    surface = Surface(scan.body_from_file.apply(raw.surface.vertices), raw.surface.triangles)
+    return find_stickers(surface, colouring, scan)
+
+
+def _check_sides(seen: tuple[SeenSticker, ...]) -> None:
+    if all(one.is_mirrored for one in seen):
+        raise ScanRefused(sticker_reasons.MIRRORED)
+    if any(one.is_mirrored for one in seen):
+        raise ScanRefused(sticker_reasons.CONTRADICTORY)
+
+
+def _better_unit(unit: Unit, scale: float) -> Unit | None:
+    """The unit that the stickers' size calls for, when nobody named another."""
+    if unit.source == "given" or abs(scale - 1) < GATES.scale_refuse:
+        return None
+    for name, mm_per_unit in MM_PER_UNIT.items():
+        if abs(scale * mm_per_unit / unit.mm_per_unit - 1) < GATES.unit_tolerance:
+            return Unit(name, mm_per_unit, "sticker")
+    return None
+
+
+def _rescaled(seen: tuple[SeenSticker, ...], unit: Unit, better: Unit) -> tuple[SeenSticker, ...]:
+    factor = better.mm_per_unit / unit.mm_per_unit
+    return tuple(replace(one, position=one.position * factor, scale=one.scale * factor) for one in seen)
+
+
+def _marked(
+    scan: CleanScan, seen: tuple[SeenSticker, ...], clicked: Mapping[LandmarkName, np.ndarray], scale: float
+) -> Prepared:
+    if abs(scale - 1) > GATES.scale_refuse:
+        raise ScanRefused(sticker_reasons.size_untrue(scale))
+    warnings = [sticker_reasons.size_doubtful(scale)] if abs(scale - 1) > GATES.scale_care else []
+    marked, by_sticker = dict(clicked), set()
+    for bone in BONES:
+        places = [one.position for one in seen if one.sticker.bone == bone]
+        if len(places) > 1:
+            warnings.append(sticker_reasons.TWICE)
+        if len(places) != 1:
+            continue
+        in_file = scan.body_from_file.inverse().apply(places[0])
+        distance = 0.0
+        if bone in clicked:
+            distance = float(np.linalg.norm(np.asarray(clicked[bone]) - in_file)) * scan.body_from_file.scale
+        if distance <= GATES.moved_mm:
+            marked[bone] = in_file
+            by_sticker.add(bone)
+        elif distance > GATES.care_mm:
+            warnings.append(sticker_reasons.away_from_sticker(bone))
+    found = tuple(bone for bone in BONES if any(one.sticker.bone == bone for one in seen))
+    proof = StickerProof(found, round(scale, 4))
+    return Prepared(scan, marked, frozenset(by_sticker), proof, tuple(warnings))
