@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, maximum_filter
+from scipy.ndimage import gaussian_filter, grey_closing, maximum_filter
 
 from lubdub.geometry.surface import Surface
 
@@ -30,6 +30,24 @@ def blanket(under: Surface, random: np.random.Generator, half_width: float, foot
     ground = gaussian_filter(maximum_filter(_top(under, x, y), 5), 2.0)
     folds = gaussian_filter(random.normal(size=ground.shape), (6.0, 2.5))
     return sheet(ground + 16.0 + 7.0 * folds / folds.std(), x, y)
+
+
+def cloth(
+    under: Surface,
+    random: np.random.Generator,
+    across: tuple[float, float],
+    along: tuple[float, float],
+    thickness: float,
+    bridged: float = 24.0,
+) -> Surface:
+    """A garment over x = across, y = along, so far above the skin, with folds; it spans gaps up to `bridged` wide."""
+    pitch = 6.0
+    x, y = np.arange(*across, pitch), np.arange(*along, pitch)
+    reach = max(1, round(bridged / pitch))
+    skin = _top(under, x, y)
+    ground = np.maximum(skin, gaussian_filter(grey_closing(skin, (reach, reach)), 1.5))
+    folds = gaussian_filter(random.normal(size=ground.shape), (8.0, 3.0))
+    return sheet(ground + thickness * np.clip(1.0 + 0.35 * folds / folds.std(), 0.2, 2.0), x, y)
 
 
 def soft_toy(centre: np.ndarray, radius: float) -> Surface:

@@ -35,6 +35,7 @@ class Case:
     mesh_clicks: Points = field(default_factory=dict)
     mesh_areas: Points = field(default_factory=dict)
     camera: str = ""
+    unit: str | None = None
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Run:
         if self.landmarks == "true bones":
             return {name: case.landmarks[name] for name in LANDMARK_NAMES[:2]}
         source = case.mesh_clicks if self.carried else case.clicks
-        return {name: source[name] for name in LANDMARK_SETS[self.landmarks]}
+        return {name: source[name] for name in LANDMARK_SETS[self.landmarks] if name in source}
 
 
 LANDMARK_SETS: Mapping[str, tuple[LandmarkName, ...]] = {
@@ -68,7 +69,7 @@ LANDMARK_SETS: Mapping[str, tuple[LandmarkName, ...]] = {
 def run_on(case: Case, run: Run, library: Library) -> Row:
     """One method on one scan. Errors are 3D distances in mm from the shown place to the true one."""
     begun = time.perf_counter()
-    outcome = locate(case.data, Request(case.patient, run.clicks(case), method=run.method), library)
+    outcome = locate(case.data, Request(case.patient, run.clicks(case), case.unit, run.method), library)
     seconds = time.perf_counter() - begun
     row: Row = {"case": case.name, "group": case.group, "camera": case.camera, "run": run.name}
     row["verdict"] = outcome.verdict
