@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from PIL import Image
 from scipy.ndimage import gaussian_filter
+from scipy.spatial import cKDTree
 
 from lubdub.geometry.colour import Colouring
 from lubdub.geometry.raycast import SkinCaster
@@ -21,6 +22,7 @@ from lubdub.geometry.surface import Surface, unit
 from references.make.scan import Camera
 
 PAPER, INK = 0.9, 0.07
+_UNSEEN = -2.0
 CLEAR_OF_SKIN_MM = 25.0
 """A sticker colours only what lies within this depth of its middle: not the back of the same body."""
 
@@ -177,23 +179,26 @@ def _packed(picture: np.ndarray, quality: int) -> np.ndarray:
     return np.asarray(Image.open(out))
 
 
-def laid_over(mesh: Surface, photos: Sequence[Photo]) -> Colouring:
-    """Each triangle of the app's mesh with the picture that saw it best, all of them side by side in one."""
+def laid_over(mesh: Surface, photos: Sequence[Photo], patch_mm: float = 25.0) -> Colouring:
+    """The pictures laid over the app's mesh, all of them side by side in one.
+
+    Each patch of skin has the picture that saw it from straightest above. patch_mm: how far apps smooth that choice,
+    so that few seams run over a body.
+    """
+    near = cKDTree(mesh.vertices).query(mesh.vertices, k=40, distance_upper_bound=patch_mm, workers=1)[1]
+    padded = np.concatenate([mesh.normals, np.zeros((1, 3))])
+    normals = unit(padded[near].mean(axis=1))[mesh.triangles].mean(axis=1)
     middles = mesh.vertices[mesh.triangles].mean(axis=1)
-    normals = unit(
-        np.cross(*(mesh.vertices[mesh.triangles[:, one]] - mesh.vertices[mesh.triangles[:, 0]] for one in (1, 2)))
-    )
-    best, corners = np.full(len(middles), -2.0), np.zeros((len(middles), 3, 2), np.float32)
+    best, corners = np.full(len(middles), _UNSEEN), np.zeros((len(middles), 3, 2), np.float32)
     for number, photo in enumerate(photos):
         camera = photo.camera
-        offset = mesh.vertices - camera.position
-        x, y, depth = (offset @ camera.axes.T).T
+        x, y, depth = ((mesh.vertices - camera.position) @ camera.axes.T).T
         places = np.stack([x / depth / camera.half_width, y / depth / camera.half_height], axis=1) / 2 + 0.5
         inside = ((places > 0.01) & (places < 0.99)).all(axis=1)[mesh.triangles].all(axis=1)
-        facing = np.where(inside, -(normals * unit(middles - camera.position)).sum(axis=1), -2.0)
+        facing = np.where(inside, -(normals * unit(middles - camera.position)).sum(axis=1), _UNSEEN)
         better = facing > best
         best[better] = facing[better]
         places[:, 0] = (places[:, 0] + number) / len(photos)
         corners[better] = places[mesh.triangles[better]]
     picture = np.concatenate([photo.picture for photo in photos], axis=1)
-    return Colouring(None, (picture,), corners, np.where(best > -2, 0, -1).astype(np.int8))
+    return Colouring(None, (picture,), corners, np.where(best > _UNSEEN, 0, -1).astype(np.int8))
