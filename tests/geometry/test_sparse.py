@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_matrix, identity, random_array
@@ -40,6 +42,41 @@ def test_a_system_that_leaves_something_open_is_refused(solver: sparse.SolverNam
     normal = NormalSolver(laplacian, solver)
     with pytest.raises(NotSolvable):
         normal.factorise(laplacian)
+
+
+@pytest.mark.parametrize("solver", ["cholmod", "superlu"])
+@pytest.mark.parametrize("group", [2, 4])
+def test_unknowns_ordered_by_groups_have_the_same_answer(solver: sparse.SolverName, group: int) -> None:
+    matrix, right = some_matrix(6), np.random.default_rng(7).standard_normal((80, 3))
+    normal = NormalSolver(matrix, solver, group)
+    normal.factorise(matrix)
+    assert np.allclose(matrix @ normal.solve(right), right, atol=1e-10)
+
+
+def test_a_matrix_whose_entries_are_stored_in_another_order_is_the_same_matrix() -> None:
+    matrix = some_matrix(8)
+    shuffled = matrix.copy()
+    shuffled.indices, shuffled.data = _each_column_reversed(shuffled, shuffled.indices, shuffled.data)
+    shuffled.has_sorted_indices = False
+    normal = NormalSolver(matrix)
+    normal.factorise(shuffled)
+    assert np.allclose(matrix @ normal.solve(np.ones(80)), 1)
+
+
+def _each_column_reversed(matrix: csc_matrix, *arrays: np.ndarray) -> list[np.ndarray]:
+    spans = list(itertools.pairwise(matrix.indptr))
+    return [np.concatenate([array[first:end][::-1] for first, end in spans]) for array in arrays]
+
+
+def test_a_matrix_of_another_pattern_is_refused() -> None:
+    normal = NormalSolver(some_matrix(9), "cholmod")
+    with pytest.raises(ValueError, match="another pattern"):
+        normal.factorise(some_matrix(10))
+
+
+def test_nothing_is_solved_before_there_is_a_matrix() -> None:
+    with pytest.raises(ValueError, match="no matrix"):
+        NormalSolver(some_matrix(9)).solve(np.ones(80))
 
 
 def test_without_cholmod_the_work_goes_on_with_superlu(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -51,7 +51,7 @@ def refine(
         blocks, right = _skin(vertices, start, fit.surface.triangles, target, basis, settings)
         pulled, pulled_right = _landmarks(start, pulls, basis, settings)
         matrix = csc_matrix(_block_diagonal(blocks) + stiffness * bending + pulled)
-        solver = solver or NormalSolver(matrix)
+        solver = solver or NormalSolver(matrix, group=3)
         solver.factorise(matrix)
         vertices = start + solver.solve((right + pulled_right).ravel()).reshape(-1, 3)
     body = carried(Surface(vertices, fit.surface.triangles), basis)

@@ -44,7 +44,7 @@ class AffineStep:
         stiffness = _stiffness(edges_of(triangles), count, gamma)
         self._pattern, self._stiffness, self._blocks = _pattern(stiffness, count)
         self._outer = self._source[:, :, None] * self._source[:, None, :]
-        self._solver = NormalSolver(self._pattern, solver)
+        self._solver = NormalSolver(self._pattern, solver, group=4)
 
     def solve(self, matches: Matches, landmark_targets: np.ndarray, alpha: float, beta: float) -> np.ndarray:
         """(n, 4, 3) the maps X that minimise eq. 2. landmark_targets: (k, 3).
