@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lubdub.geometry.surface import Surface, edges_of, triangle_normals
+from lubdub.geometry.surface import Surface, edges_and_uses, edges_of, triangle_normals
 
 
 def subdivided(surface: Surface, longest_edge_mm: float) -> Surface:
@@ -87,9 +87,7 @@ def _pieces_of(surface: Surface) -> np.ndarray:
 
 def rim_of(surface: Surface) -> np.ndarray:
     """(n,) bool: True for vertices on an edge that only one triangle uses."""
-    corners = surface.triangles
-    sides = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
-    edges, uses = np.unique(sides, axis=0, return_counts=True)
+    edges, uses = edges_and_uses(surface.triangles)
     rim = np.zeros(len(surface.vertices), bool)
     rim[edges[uses == 1]] = True
     return rim

@@ -77,8 +77,17 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 def edges_of(triangles: np.ndarray) -> np.ndarray:
     """(e, 2) int64: each undirected edge of the triangles once, smaller index first, sorted."""
-    pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    return np.unique(np.sort(pairs, axis=1), axis=0)
+    return edges_and_uses(triangles)[0]
+
+
+def edges_and_uses(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The edges as in `edges_of`, and (e,) how many triangles use each."""
+    count = int(triangles.max(initial=0)) + 1
+    first, second = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    # One number for an edge: sorting numbers is ten times as fast as sorting pairs.
+    keys = np.minimum(first, second).astype(np.int64) * count + np.maximum(first, second)
+    found, uses = np.unique(keys, return_counts=True)
+    return np.stack(np.divmod(found, count), axis=1), uses
 
 
 def carry(barycentric: np.ndarray, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:
