@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from lubdub import __version__
-from lubdub.commands import admin, benchmark, service
+from lubdub.commands import admin, benchmark, service, stickers
 from lubdub.commands.faults import CommandFault
 
 WRONG_USE, INTERRUPTED = 2, 130
@@ -86,6 +86,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     service.add_parsers(commands)
     _add_locate(commands)
+    stickers.add_parser(commands)
     benchmark.add_parser(commands)
     admin.add_parser(commands)
     return parser

@@ -5,13 +5,13 @@ from __future__ import annotations
 from fastapi import APIRouter, FastAPI, Request
 from fastapi.responses import JSONResponse, Response
 
-from lubdub.web import pages_points, pages_result, pages_scan, pages_start, pages_static, view
+from lubdub.web import pages_points, pages_result, pages_scan, pages_start, pages_static, pages_stickers, view
 from lubdub.web.pages_common import wants_json
 from lubdub.web.pages_look import gettext_of, render
 from lubdub.web.problems import Problem, problem_response
 
 router = APIRouter()
-for part in (pages_static, pages_start, pages_scan, pages_points, pages_result):
+for part in (pages_static, pages_stickers, pages_start, pages_scan, pages_points, pages_result):
     router.include_router(part.router)
 
 

@@ -14,8 +14,8 @@ MOST_UNDONE = 30
 
 @dataclass(frozen=True)
 class Marks:
-    """placed: name -> [x, y, z] in the file's own coordinates; kept: suggestions left as they are;
-    past: what undo goes back to, oldest first."""
+    """placed: name -> [x, y, z] in the file's own coordinates; stuck: those of them that stickers marked, until they
+    are moved; kept: suggestions left as they are; past: what undo goes back to, oldest first."""
 
     sides_confirmed: bool = False
     placed: Mapping[str, list[float]] = field(default_factory=dict)
@@ -23,10 +23,17 @@ class Marks:
     skipped: tuple[str, ...] = ()
     target: str | None = None
     past: tuple[Mapping[str, Any], ...] = ()
+    stuck: tuple[str, ...] = ()
 
-    def confirmed(self, asked: tuple[LandmarkName, ...]) -> Marks:
-        """The sides are right; the first point is asked for."""
-        return replace(self, sides_confirmed=True, target=self.target or asked[0])
+    def confirmed(self, asked: tuple[LandmarkName, ...], stuck: Mapping[str, list[float]] | None = None) -> Marks:
+        """The sides are right; the first point that no sticker marks is asked for.
+
+        stuck: what stickers mark, name -> [x, y, z]; points that were placed by hand stay where they are.
+        """
+        new = {name: place for name, place in (stuck or {}).items() if name not in self.placed}
+        marks = replace(self, sides_confirmed=True, placed={**self.placed, **new}, stuck=(*self.stuck, *new))
+        first = next((name for name in asked if name not in marks.stuck), None)
+        return replace(marks, target=self.target or first)
 
     def with_known(self, placed: Mapping[str, list[float]]) -> Marks:
         """Points that are known from elsewhere; they can still be moved."""
@@ -57,8 +64,7 @@ class Marks:
 
     def choosing(self, name: LandmarkName) -> Marks:
         """The next tap is for this point; one that was left out or kept is open again."""
-        placed = self.placed
-        return replace(self._without(name), placed=placed, target=name)
+        return replace(self._without(name), placed=self.placed, stuck=self.stuck, target=name)
 
     def undone(self) -> Marks:
         """One step back."""
@@ -70,6 +76,7 @@ class Marks:
             placed=last["placed"],
             kept=tuple(last["kept"]),
             skipped=tuple(last["skipped"]),
+            stuck=tuple(last.get("stuck", ())),
             target=last["target"],
             past=self.past[:-1],
         )
@@ -86,8 +93,8 @@ class Marks:
     def from_bytes(data: bytes) -> Marks:
         """As it was stored."""
         said = json.loads(data)
-        for name in ("kept", "skipped", "past"):
-            said[name] = tuple(said[name])
+        for name in ("kept", "skipped", "past", "stuck"):
+            said[name] = tuple(said.get(name, ()))
         return Marks(**said)
 
     def _open(self, asked: tuple[LandmarkName, ...]) -> str | None:
@@ -97,6 +104,7 @@ class Marks:
         return replace(
             self,
             placed={one: place for one, place in self.placed.items() if one != name},
+            stuck=tuple(one for one in self.stuck if one != name),
             kept=tuple(one for one in self.kept if one != name),
             skipped=tuple(one for one in self.skipped if one != name),
         )
@@ -106,6 +114,7 @@ class Marks:
             "placed": dict(self.placed),
             "kept": list(self.kept),
             "skipped": list(self.skipped),
+            "stuck": list(self.stuck),
             "target": self.target,
         }
         return replace(self, past=(*self.past, now)[-MOST_UNDONE:])

@@ -92,6 +92,7 @@ class PointsWords:
         _ = self._
         short = {
             "marked": _("marked"),
+            "stuck": _("by sticker"),
             "kept": _("suggestion kept"),
             "skipped": _("skipped"),
             "optional": _("not needed"),
@@ -110,6 +111,8 @@ class PointsWords:
         }
 
     def _state(self, name: LandmarkName) -> str:
+        if name in self._marks.stuck:
+            return "stuck"
         if name in self._marks.placed:
             return "marked"
         if name in self._marks.kept:
@@ -122,6 +125,8 @@ class PointsWords:
 
     def _state_words(self, name: LandmarkName) -> str:
         _ = self._
+        if name in self._marks.stuck:
+            return _("Your sticker marks it. Tap only if it is not in the right place.")
         if name in self._marks.placed:
             return _("Marked. Tap again to move it.")
         if name in self._suggested:

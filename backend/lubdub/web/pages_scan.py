@@ -19,6 +19,7 @@ from lubdub.web.pages_common import STEP_OF, DeskDep, FormDep, asked_of, go, nex
 from lubdub.web.pages_look import gettext_of, person_words, remember_who, render
 from lubdub.web.pages_samples import sample, samples_to_try
 from lubdub.web.pages_sizes import SizeWords
+from lubdub.web.pages_stickers import marked_by_stickers, sheets_for
 
 CHUNK = 1 << 20
 
@@ -130,7 +131,8 @@ def size_said(
         actions.check_again(family.actor, case.id, unit)
         return go(f"/cases/{case.id}/checking")
     asked = asked_of(case)
-    desk.change(case.id, lambda marks: marks.confirmed(asked))
+    stuck = marked_by_stickers(examination)
+    desk.change(case.id, lambda marks: marks.confirmed(asked, stuck))
     return go(f"/cases/{case.id}/points")
 
 
@@ -216,6 +218,7 @@ def _size_page(
         size_words=sizes.question(),
         other_sizes=sizes.others(),
         warnings=examination.warnings,
+        stickers=examination.stickers,
         given=given,
         errors=errors,
         step=STEP_OF["size"],
@@ -236,6 +239,7 @@ def _scan_page(
         samples=samples_to_try(gettext_of(request)),
         max_mb=settings.max_upload_mb,
         words=person_words(request),
+        sheets=sheets_for(case),
         step=STEP_OF["scan"],
     )
 

@@ -1,0 +1,211 @@
+"""The printable sheet with the two stickers, as PDF: exact sizes, a line to check the printer by, and what to do.
+
+Drawn with lines and the standard typeface that every PDF reader has, so the file is small and prints the same anywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from itertools import pairwise
+from typing import Literal
+
+from fpdf import FPDF
+from fpdf.enums import Align
+from fpdf.prefs import ViewerPreferences
+
+from lubdub.geometry.stickers import BONES, MARK_CELLS, SMALL_UNTIL_YEARS, STICKERS, Bone, Sticker, StickerSize
+
+Paper = Literal["a4", "letter"]
+PAPERS: dict[Paper, tuple[float, float]] = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
+CHECK_MM = 50.0
+EDGE = 18.0
+MIDDLE_OF_STICKERS = 110.0
+_EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
+
+INK, QUIET, FAINT, TEAL = (22, 40, 44), (92, 101, 104), (170, 176, 176), (0, 98, 103)
+Curve = tuple[tuple[float, float], ...]
+NOTCH_Y, END_Y = 54.0, 108.0
+OUTLINE: tuple[Curve, ...] = (
+    ((24, 4), (24, 20), (34, 26), (58, 33)),
+    ((58, 33), (78, 40), (88, 58), (87, 90)),
+    ((87, 90), (86, 120), (84, 140), (88, 168)),
+    ((52, 112), (56, 132), (50, 150), (55, 168)),
+)
+BONE_LINES: tuple[Curve, ...] = (
+    ((8, 50), (20, 42), (36, 44), (56, 38)),
+    ((7, 60), (4, 78), (7, 92), (4, 106)),
+    ((4, 110), (18, 116), (30, 130), (38, 146)),
+)
+"""The right half of a chest, x from its middle, 200 wide: skin; then collarbone, breastbone, rim of the ribs."""
+NUMBERS: dict[Bone, str] = {"suprasternal_notch": "1", "xiphisternum": "2"}
+
+
+@dataclass(frozen=True)
+class SheetWords:
+    """Every sentence of the sheet."""
+
+    title: str
+    for_whom: str
+    print_heading: str
+    print_how: str
+    check: str
+    cut_heading: str
+    cut_how: str
+    stick_heading: str
+    stick_top: str
+    stick_end: str
+    scan_heading: str
+    scan_how: str
+    not_on: str
+    names: dict[Bone, str]
+
+
+def english(size: StickerSize) -> SheetWords:
+    """The sheet's words in English, for a reader of ten."""
+    years = f"{SMALL_UNTIL_YEARS:g}"
+    return SheetWords(
+        title="Two stickers for the scan",
+        for_whom=f"For a child under {years} years." if size == "small" else f"For anyone of {years} years or more.",
+        print_heading="1. Print this page at its true size",
+        print_how='Use plain paper. In the print window, choose "Actual size" or "100 %", not "Fit to page".',
+        check="Check with a ruler: this line must be exactly 50 mm long. If it is not, print again.",
+        cut_heading="2. Cut out both circles",
+        cut_how="Cut along the thin grey lines. Put a loop of soft skin tape on the back of each one.",
+        stick_heading="3. Stick them on the bare chest",
+        stick_top="Sticker 1: slide a finger down the throat into the soft dip. Feel the hard edge of bone just below "
+        "it. The middle of sticker 1 goes on that edge.",
+        stick_end="Sticker 2: slide a finger down the middle of the chest until the hard bone stops and the soft belly "
+        "begins. The middle of sticker 2 goes on the last hard spot.",
+        scan_heading="4. Scan, then take them off",
+        scan_how="Press them flat. Use the back camera of the phone, in good light, and see both stickers. "
+        "Use no mirror. Take the stickers off after the scan.",
+        not_on="Do not put them on sore or broken skin. Do not leave a baby alone with them.",
+        names={"suprasternal_notch": "Top of the breastbone", "xiphisternum": "Lower end of the breastbone"},
+    )
+
+
+def sticker_sheet(paper: Paper = "a4", size: StickerSize = "large", words: SheetWords | None = None) -> bytes:
+    """One page of PDF, the same bytes each time. size: small for babies. words: English when not given."""
+    words = words or english(size)
+    page = FPDF(unit="mm", format=PAPERS[paper])
+    page.viewer_preferences = ViewerPreferences(print_scaling="None", display_doc_title=True)
+    page.set_creation_date(_EPOCH)
+    page.set_title(words.title)
+    page.set_lang("en")
+    page.set_auto_page_break(False)
+    page.set_margins(EDGE, EDGE)
+    page.c_margin = 0.0
+    page.add_page()
+    _text(page, 15.0, words.title, 22, "B", TEAL)
+    _text(page, 25.5, words.for_whom, 12)
+    _line_to_check(page, words)
+    _two_stickers(page, words, size)
+    _where_they_go(page, words)
+    _text(page, 233.0, words.scan_heading, 13, "B", TEAL)
+    _text(page, 240.0, words.scan_how, 11)
+    return bytes(page.output())
+
+
+def _text(
+    page: FPDF,
+    top: float,
+    words: str,
+    points: float,
+    style: Literal["", "B"] = "",
+    colour: tuple[int, int, int] = INK,
+    left: float = EDGE,
+    width: float = 0.0,
+    align: Align = Align.L,
+) -> None:
+    """Words from a height downwards, broken into lines; width 0: to the right edge."""
+    page.set_font("Helvetica", style, points)
+    page.set_text_color(*colour)
+    page.set_xy(left, top)
+    page.multi_cell(width, points * 0.45, words, align=align)
+
+
+def _line_to_check(page: FPDF, words: SheetWords) -> None:
+    _text(page, 35.0, words.print_heading, 13, "B", TEAL)
+    _text(page, 42.0, words.print_how, 11)
+    _text(page, 49.0, words.check, 11)
+    top = 63.0
+    _pen(page, INK, 0.4)
+    page.line(EDGE, top, EDGE + CHECK_MM, top)
+    for end in (EDGE, EDGE + CHECK_MM):
+        page.line(end, top - 3, end, top + 3)
+    _pen(page, INK, 0.2)
+    for step in range(1, int(CHECK_MM) // 10):
+        page.line(EDGE + 10 * step, top - 1.5, EDGE + 10 * step, top + 1.5)
+    _text(page, top - 2.4, f"{CHECK_MM:g} mm", 11, "B", left=EDGE + CHECK_MM + 4)
+
+
+def _two_stickers(page: FPDF, words: SheetWords, size: StickerSize) -> None:
+    _text(page, 74.0, words.cut_heading, 13, "B", TEAL)
+    _text(page, 81.0, words.cut_how, 11)
+    for sticker in (one for one in STICKERS if one.size == size):
+        middle = sticker_middle(page.w, sticker.bone)
+        _sticker(page, sticker, *middle)
+        label = f"{NUMBERS[sticker.bone]}  {words.names[sticker.bone]}"
+        _text(page, middle[1] + 23.0, label, 12, "B", left=middle[0] - 40, width=80, align=Align.C)
+
+
+def sticker_middle(page_width: float, bone: Bone) -> tuple[float, float]:
+    """Where a sticker's middle lies on the page, mm from its top left corner."""
+    return page_width / 2 + (-45.0 if bone == BONES[0] else 45.0), MIDDLE_OF_STICKERS
+
+
+def _sticker(page: FPDF, sticker: Sticker, x: float, y: float) -> None:
+    radius, half = sticker.diameter_mm / 2, sticker.mark_mm / 2
+    _pen(page, FAINT, 0.2)
+    page.circle(x, y, radius)
+    page.set_fill_color(0)
+    for row, cells in enumerate(sticker.cells()):
+        for first, last in _runs(cells.tolist()):
+            left, top = x - half + first * sticker.cell_mm, y - half + row * sticker.cell_mm
+            # Rows overlap a hair, or printers leave white lines between them.
+            page.rect(left, top, (last - first) * sticker.cell_mm, sticker.cell_mm + 0.02 * (row < MARK_CELLS - 1), "F")
+    room = radius - half - sticker.cell_mm
+    points = 2.4 * room
+    _text(
+        page, y + half + sticker.cell_mm - 0.1 * room, NUMBERS[sticker.bone], points, "B", QUIET, x - 5, 10.0, Align.C
+    )
+
+
+def _runs(cells: list[bool]) -> list[tuple[int, int]]:
+    """(first, last + 1) of each unbroken run of black squares."""
+    edges = [place for place, (a, b) in enumerate(pairwise([False, *cells, False])) if a != b]
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def _where_they_go(page: FPDF, words: SheetWords) -> None:
+    _text(page, 141.0, words.stick_heading, 13, "B", TEAL)
+    _chest(page, EDGE, 149.0, 72.0)
+    left, width = EDGE + 80.0, page.w - 2 * EDGE - 80.0
+    for top, words_of in ((152.0, words.stick_top), (180.0, words.stick_end), (208.0, words.not_on)):
+        _text(page, top, words_of, 11, left=left, width=width)
+
+
+def _chest(page: FPDF, left: float, top: float, width: float) -> None:
+    """A chest from the front with both stickers on it."""
+    scale = width / 200.0
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return left + scale * x, top + scale * y
+
+    for curves, colour, thick in ((OUTLINE, INK, 0.6), (BONE_LINES, FAINT, 0.5)):
+        _pen(page, colour, thick)
+        for curve in curves:
+            for side in (1, -1):
+                page.bezier([at(100 + side * x, y) for x, y in curve])
+    for bone, y in (("suprasternal_notch", NOTCH_Y), ("xiphisternum", END_Y)):
+        _pen(page, TEAL, 0.7)
+        page.set_fill_color(255)
+        page.circle(*at(100, y), 12 * scale, style="FD")
+        x_text, y_text = at(100, y)
+        _text(page, y_text - 2.7, NUMBERS[bone], 12, "B", TEAL, x_text - 5, 10.0, Align.C)  # type: ignore[index]
+
+
+def _pen(page: FPDF, colour: tuple[int, int, int], thick: float) -> None:
+    page.set_draw_color(*colour)
+    page.set_line_width(thick)
