@@ -123,16 +123,17 @@ def _finished(
 
 def _even(surface: Surface) -> tuple[Surface, Cells, np.ndarray, Neighbourhood]:
     """The surface without strays, its cubes, one point for each cube, and their neighbours."""
+    cells = evenly(surface.vertices, SETTINGS.points)
+    points = cells.mean(surface.vertices) if cells.count < len(surface.vertices) else surface.vertices
+    near = neighbourhood(points)
     while True:
-        cells = evenly(surface.vertices, SETTINGS.points)
-        points = cells.mean(surface.vertices) if cells.count < len(surface.vertices) else surface.vertices
-        near = neighbourhood(points)
         reach = near.reach[:, SETTINGS.stray_neighbour]
-        stray = reach > SETTINGS.stray_reach * np.median(reach)
-        if not stray.any():
+        keep = reach <= SETTINGS.stray_reach * np.median(reach)
+        if keep.all():
             return surface, cells, points, near
-        surface = surface.kept(~stray[cells.cell])
+        surface = surface.kept(keep[cells.cell])
         _check_count(len(surface.vertices))
+        cells, points, near = cells.kept(keep), points[keep], near.kept(keep, points)
 
 
 def _normals(points: np.ndarray, near: Neighbourhood, by_triangles: np.ndarray | None) -> np.ndarray:

@@ -39,6 +39,16 @@ class Neighbourhood:
     index: np.ndarray
     reach: np.ndarray
 
+    def kept(self, keep: np.ndarray, points: np.ndarray) -> Neighbourhood:
+        """The same for the points (n, 3) that are True in keep (n,); only those that lost a neighbour look anew."""
+        left, wanted = points[keep], min(self.index.shape[1], int(keep.sum()))
+        index, reach = (np.cumsum(keep) - 1)[self.index[keep]], self.reach[keep]
+        lost = ~keep[self.index[keep]].all(axis=1)
+        index, reach = index[:, :wanted].copy(), reach[:, :wanted].copy()
+        if lost.any():
+            reach[lost], index[lost] = cKDTree(left).query(left[lost], k=wanted)
+        return Neighbourhood(index, reach)
+
 
 def neighbourhood(points: np.ndarray) -> Neighbourhood:
     """The 24 nearest neighbours (and itself) of each point; fewer when there are fewer points."""

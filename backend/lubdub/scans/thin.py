@@ -24,6 +24,11 @@ class Cells:
         columns = [np.bincount(self.cell, column, self.count) / weight for column in values.T]
         return np.stack(columns, axis=1)
 
+    def kept(self, keep: np.ndarray) -> Cells:
+        """Only the cubes that are True in keep (count,), and the points in them."""
+        number = np.cumsum(keep) - 1
+        return Cells(number[self.cell[keep[self.cell]]], int(keep.sum()), self.size)
+
 
 def bounds(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(d,) least and (d,) greatest coordinates of points (n, d); column by column, which is the fast way."""
