@@ -10,11 +10,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.benchmark import accuracy, damaged
+from tests.benchmark import accuracy, damaged, paper_tables
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.runner import run_experiment
 
-EXPERIMENTS: tuple[Experiment, ...] = (accuracy.DEMO, accuracy.COHORT, damaged.DAMAGED)
+EXPERIMENTS: tuple[Experiment, ...] = (accuracy.DEMO, accuracy.COHORT, damaged.DAMAGED, paper_tables.PAPER)
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -40,11 +40,15 @@ class Table:
 
 @dataclass(frozen=True)
 class Report:
-    """numbers: what NAME.json holds beside the tables. plots: file stem -> draws into an empty figure."""
+    """numbers: what NAME.json holds beside the tables. plots: file stem -> draws into an empty figure.
+
+    words: what stands before the tables in NAME.md.
+    """
 
     tables: tuple[Table, ...]
     numbers: Mapping[str, Any] = field(default_factory=dict)
     plots: Mapping[str, Callable[[Figure], None]] = field(default_factory=dict)
+    words: str = ""
 
 
 @dataclass(frozen=True)

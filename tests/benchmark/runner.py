@@ -94,8 +94,7 @@ def _write(report: Report, rows: list[Row], stem: Path, facts: Row) -> None:
     tables = {table.title: {"columns": table.columns, "rows": table.rows} for table in report.tables}
     document = {**facts, **report.numbers, "tables": tables}
     stem.with_suffix(".json").write_text(json.dumps(document, indent=1) + "\n")
-    words = f"Seed {facts['seed']}, size {facts['size']}; {facts['date']}, {facts['machine']}."
-    stem.with_suffix(".md").write_text("\n\n".join([*(table.markdown() for table in report.tables), words]) + "\n")
+    stem.with_suffix(".md").write_text(_page(report, stem.name, facts))
     with stem.with_suffix(".csv").open("w", newline="") as file:
         names = list(dict.fromkeys(name for row in rows for name in row))
         writer = csv.DictWriter(file, names)
@@ -103,6 +102,13 @@ def _write(report: Report, rows: list[Row], stem: Path, facts: Row) -> None:
         writer.writerows(rows)
     for name, draw in report.plots.items():
         _draw(draw, stem.parent / f"{stem.name}-{name}.png")
+
+
+def _page(report: Report, name: str, facts: Row) -> str:
+    command = f"`./lubdub benchmark {name} --seed {facts['seed']} --size {facts['size']}`"
+    parts = [report.words.strip(), f"{command}, {facts['date']}, {facts['machine']}."]
+    parts += [f"![{plot}]({name}-{plot}.png)" for plot in report.plots]
+    return "\n\n".join(part for part in (*parts, *(table.markdown() for table in report.tables)) if part) + "\n"
 
 
 def _draw(draw: Any, path: Path) -> None:
