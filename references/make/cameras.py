@@ -1,6 +1,7 @@
 """Five kinds of scanners, each with its own errors and its own way of writing a file.
 
-Where a number is not a maker's, it follows published tests of such devices on bodies and faces; README has the table.
+Where a number is not a maker's, it follows published tests of such devices on bodies and faces. All of them stand in
+one table beside the cohort that uses them, `tests/benchmark/cohort.py`.
 """
 
 from __future__ import annotations

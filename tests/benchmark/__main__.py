@@ -10,11 +10,17 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.benchmark import accuracy, damaged, paper_tables
+from tests.benchmark import accuracy, damaged, paper_tables, repeat
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.runner import run_experiment
 
-EXPERIMENTS: tuple[Experiment, ...] = (accuracy.DEMO, accuracy.COHORT, damaged.DAMAGED, paper_tables.PAPER)
+EXPERIMENTS: tuple[Experiment, ...] = (
+    accuracy.DEMO,
+    accuracy.COHORT,
+    damaged.DAMAGED,
+    paper_tables.PAPER,
+    repeat.REPEAT,
+)
 
 
 def main(arguments: Sequence[str]) -> int:
