@@ -33,6 +33,7 @@ from tests.writers import write_obj as write_obj
 from tests.writers import write_pcd as write_pcd
 from tests.writers import write_ply as write_ply
 from tests.writers import write_stl as write_stl
+from tests.writers import write_textured_glb as write_textured_glb
 from tests.writers import write_xyz as write_xyz
 
 BODY, BED, CLUTTER = 0, 1, 2

@@ -6,9 +6,12 @@ import io
 import json
 import struct
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+from PIL import Image
 
+from lubdub.geometry.colour import Colouring
 from lubdub.geometry.surface import Surface
 
 
@@ -111,3 +114,33 @@ def write_xyz(surface: Surface, separator: str = " ", header: str = "") -> bytes
     """Columns of text; header: a first line to put before them."""
     rows = [separator.join(f"{v:.9g}" for v in row) for row in surface.vertices]
     return ((header + "\n" if header else "") + "\n".join(rows) + "\n").encode()
+
+
+def write_textured_glb(surface: Surface, colouring: Colouring) -> bytes:
+    """GLB of a mesh under one picture, every triangle with corners of its own, as scanning apps write them."""
+    assert colouring.corners is not None
+    corners = np.arange(3 * len(surface.triangles)).reshape(-1, 3)
+    apart = Surface(surface.vertices[surface.triangles].reshape(-1, 3), corners)
+    document, body = unpack_glb(write_glb(apart))
+    picture = io.BytesIO()
+    Image.fromarray(colouring.pictures[0]).save(picture, "JPEG", quality=90)
+    for content in (colouring.corners.reshape(-1, 2).astype("<f4").tobytes(), picture.getvalue()):
+        view = {"buffer": 0, "byteOffset": len(body), "byteLength": len(content)}
+        document["bufferViews"].append(view)
+        body += content + b"\0" * (-len(content) % 4)
+    places, image = len(document["bufferViews"]) - 2, len(document["bufferViews"]) - 1
+    accessor = {"bufferView": places, "componentType": 5126, "count": corners.size, "type": "VEC2"}
+    document["accessors"].append(accessor)
+    primitive = document["meshes"][0]["primitives"][0]
+    primitive["attributes"]["TEXCOORD_0"], primitive["material"] = len(document["accessors"]) - 1, 0
+    document["images"] = [{"bufferView": image, "mimeType": "image/jpeg"}]
+    document["textures"] = [{"source": 0}]
+    document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    document["buffers"][0]["byteLength"] = len(body)
+    return pack_glb(document, body)
+
+
+def unpack_glb(data: bytes) -> tuple[dict[str, Any], bytes]:
+    """The document and the binary chunk of a GLB written here."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20 : 20 + length]), data[28 + length :]

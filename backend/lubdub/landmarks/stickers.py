@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, map_coordinates
 
 from lubdub.geometry.colour import Colouring
 from lubdub.geometry.stickers import BONES, FAMILY, MARK_CELLS, STICKERS, SeenSticker, Sticker
@@ -42,7 +42,10 @@ class StickerSettings:
     """Of the second look, for each of the mark's squares."""
     close_window: float = 1.9
     """Its width, in diameters."""
-    squares_off: int = 1
+    squares_off: int = 2
+    """Wrongly seen squares: two marks differ in 9, and in 7 from mirrored ones. Seams of textures cost up to two."""
+    likeness: float = 0.65
+    """Correlation of the whole disc, white rim and all, with the print. True ones have 0.8 to 0.97."""
     least_margin: float = 12.0
     """The detector's own measure, mean difference to the threshold in grey levels; blurred true marks have 20."""
     uneven_sides: float = 0.25
@@ -58,10 +61,14 @@ class StickerSettings:
 
 
 SETTINGS = StickerSettings()
+_CORNERS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
+"""Where the detector's four corners lie on the mark, x right and y down."""
+_SAMPLES_PER_CELL = 3
+_CUT_CELLS = 0.3  # scissors are not exact
 
 
 @dataclass(frozen=True)
-class _Find:
+class Find:
     """A mark in a picture. corners: (4, 2) x, y pixels in the picture as it was before any mirroring."""
 
     sticker: Sticker
@@ -81,7 +88,7 @@ def find_stickers(surface: Surface, colouring: Colouring, scan: CleanScan) -> tu
     seen: list[SeenSticker] = []
     for view in _views(scan.points, scan.normals):
         picture = skin.seen(view)
-        for find in _marks(picture.grey):
+        for find in marks_in(picture.grey):
             sure = _looked_closely(skin, view, picture, find)
             if sure is not None and not any(_is_same(sure, other) for other in seen):
                 seen.append(sure)
@@ -143,12 +150,12 @@ def _detector() -> Any:
     from pyapriltags import Detector  # loads a library of its own, which scans without colour need not pay for
 
     return Detector(
-        families=FAMILY, nthreads=1, quad_decimate=1.0, quad_sigma=0.0, refine_edges=1, decode_sharpening=0.25
+        families=FAMILY, nthreads=1, quad_decimate=1.0, quad_sigma=0.6, refine_edges=1, decode_sharpening=0.25
     )
 
 
-def _marks(grey: np.ndarray) -> Iterator[_Find]:
-    """Our marks in a picture and in its mirror image."""
+def marks_in(grey: np.ndarray) -> Iterator[Find]:
+    """Our marks in a picture (rows, columns) uint8 and in its mirror image."""
     by_number = {sticker.number: sticker for sticker in STICKERS}
     for is_mirrored in (False, True):
         shown = np.ascontiguousarray(grey[:, ::-1] if is_mirrored else grey)
@@ -159,10 +166,10 @@ def _marks(grey: np.ndarray) -> Iterator[_Find]:
             corners = np.asarray(found.corners, np.float64)
             if is_mirrored:
                 corners = np.stack([grey.shape[1] - corners[:, 0], corners[:, 1]], axis=1)
-            yield _Find(by_number[found.tag_id], corners, int(found.hamming), is_mirrored)
+            yield Find(by_number[found.tag_id], corners, int(found.hamming), is_mirrored)
 
 
-def _looked_closely(skin: ColouredSkin, view: View, picture: Picture, find: _Find) -> SeenSticker | None:
+def _looked_closely(skin: ColouredSkin, view: View, picture: Picture, find: Find) -> SeenSticker | None:
     """The same mark from straight above, measured; None when it is not read there again."""
     diameter = _side(find.corners) * view.pixel / find.sticker.mark_mm * find.sticker.diameter_mm
     plane = _plane(view, picture, find, diameter)
@@ -173,13 +180,13 @@ def _looked_closely(skin: ColouredSkin, view: View, picture: Picture, find: _Fin
     pixels = int(np.ceil(SETTINGS.close_window * diameter / pixel))
     close = View(middle, towards(outward), pixel, pixels, pixels)
     seen = skin.seen(close)
-    for again in _marks(seen.grey):
+    for again in marks_in(seen.grey):
         if again.sticker == find.sticker and again.is_mirrored == find.is_mirrored:
             return _measured(close, seen, again)
     return None
 
 
-def _measured(view: View, picture: Picture, find: _Find) -> SeenSticker | None:
+def _measured(view: View, picture: Picture, find: Find) -> SeenSticker | None:
     """Its place, size and slope, None when it has no shape that a printed sticker can have."""
     sides = np.linalg.norm(find.corners - np.roll(find.corners, 1, axis=0), axis=1)
     if sides.max() > (1 + SETTINGS.uneven_sides) * sides.min():
@@ -187,10 +194,37 @@ def _measured(view: View, picture: Picture, find: _Find) -> SeenSticker | None:
     scale = _side(find.corners) * view.pixel / find.sticker.mark_mm
     diameter = find.sticker.diameter_mm * scale
     plane = _plane(view, picture, find, diameter)
-    if plane is None:
+    if plane is None or _likeness(picture.grey, find) < SETTINGS.likeness:
         return None
     middle, outward = plane
     return SeenSticker(find.sticker, middle, outward, scale, find.squares_off, find.is_mirrored)
+
+
+def _likeness(grey: np.ndarray, find: Find) -> float:
+    """Correlation, -1 to 1, between the picture and what was printed, over the whole disc."""
+    sticker = find.sticker
+    radius = sticker.diameter_mm / 2 / sticker.cell_mm - _CUT_CELLS
+    steps = np.arange(-radius, radius, 1 / _SAMPLES_PER_CELL)
+    x, y = (one.ravel() for one in np.meshgrid(steps, steps))
+    x, y = x[np.hypot(x, y) < radius], y[np.hypot(x, y) < radius]
+    column, row = (np.floor(one + MARK_CELLS / 2).astype(int) for one in (x, y))
+    inside = (np.minimum(row, column) >= 0) & (np.maximum(row, column) < MARK_CELLS)
+    last = MARK_CELLS - 1
+    printed = ~(inside & sticker.cells()[np.clip(row, 0, last), np.clip(column, 0, last)])
+    places = _on_picture(find.corners, np.stack([x, y], axis=1) * 2 / MARK_CELLS)
+    seen = map_coordinates(grey.astype(np.float32), places[:, ::-1].T - 0.5, order=1, mode="nearest")
+    return float(np.corrcoef(printed.astype(float), seen)[0, 1]) if seen.std() > 0 else 0.0
+
+
+def _on_picture(corners: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """(k, 2) pixels of places (k, 2) on the mark, whose corners lie at -1 and 1, x right and y down."""
+    rows, values = [], []
+    for (u, v), (x, y) in zip(_CORNERS, corners, strict=True):
+        rows += [[u, v, 1, 0, 0, 0, -u * x, -v * x], [0, 0, 0, u, v, 1, -u * y, -v * y]]
+        values += [x, y]
+    map_ = np.append(np.linalg.solve(np.array(rows), np.array(values)), 1.0).reshape(3, 3)
+    moved = np.column_stack([places, np.ones(len(places))]) @ map_.T
+    return np.asarray(moved[:, :2] / moved[:, 2:])
 
 
 def _side(corners: np.ndarray) -> float:
@@ -199,7 +233,7 @@ def _side(corners: np.ndarray) -> float:
     return float(np.sqrt(0.5 * abs(x @ np.roll(y, 1) - y @ np.roll(x, 1))))
 
 
-def _plane(view: View, picture: Picture, find: _Find, diameter: float) -> tuple[np.ndarray, np.ndarray] | None:
+def _plane(view: View, picture: Picture, find: Find, diameter: float) -> tuple[np.ndarray, np.ndarray] | None:
     """The sticker's middle on the skin (3,) and its outward direction (3,); None when the skin there is not flat.
 
     diameter: mm.
