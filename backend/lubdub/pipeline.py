@@ -23,7 +23,7 @@ from lubdub.results import (
 )
 from lubdub.scans.check import check_scan
 from lubdub.scans.read import read_scan
-from lubdub.stickers import prepare
+from lubdub.stickers import check_order, prepare
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
         raw = read_scan(data)
     with clock("clean"):
         ready = prepare(raw, request.unit, request.landmarks)
+        check_order(ready, library.basis)
         laid = stages.lay_down(ready.scan, ready.marked, library.basis, ready.by_sticker)
     with clock("fit"):
         chest = stages.understand(laid, request.patient, "lubdub", library)
@@ -68,6 +69,7 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
         with clock("clean"):
             ready = prepare(raw, request.unit, request.landmarks)
             scan = ready.scan
+            check_order(ready, library.basis)
             laid = stages.lay_down(scan, ready.marked, library.basis, ready.by_sticker)
             warnings = (*ready.warnings, *check_scan(laid.scan), *stages.check(laid, request.patient))
         with clock("fit"):

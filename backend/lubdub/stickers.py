@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lubdub.fitting.pose import find_pose
 from lubdub.geometry.colour import Colouring
 from lubdub.geometry.frames import MM_PER_UNIT
 from lubdub.geometry.stickers import BONES, SeenSticker, StickerProof
 from lubdub.geometry.surface import Surface
 from lubdub.landmarks import sticker_reasons
 from lubdub.landmarks.stickers import find_stickers
-from lubdub.results import CleanScan, LandmarkName, RawScan, Reason, ScanRefused, Unit
+from lubdub.results import CleanScan, LandmarkName, RawScan, Reason, ScanRefused, ShapeBasis, Unit
 from lubdub.scans.clean import clean
 from lubdub.scans.units import find_unit
 
@@ -70,6 +71,19 @@ def prepare(raw: RawScan, unit_given: str | None, clicked: Mapping[LandmarkName,
         scan, seen = clean(raw, better, clicked), _rescaled(seen, unit, better)
         scale *= better.mm_per_unit / unit.mm_per_unit
     return _marked(scan, seen, clicked, scale)
+
+
+def check_order(ready: Prepared, basis: ShapeBasis) -> None:
+    """Whether the body lies as its stickers say, when nothing else is marked that would show them swapped.
+
+    Raises ScanRefused when the scan's shape has its head at the other end.
+    """
+    if ready.by_sticker != set(BONES) or set(ready.marked) != set(BONES):
+        return
+    notch, end = (ready.scan.body_from_file.apply(ready.marked[bone]) for bone in BONES)
+    head = find_pose(ready.scan, basis).pose.body_from_basis.rotation[:, 1]
+    if head @ (notch - end) < 0:
+        raise ScanRefused(sticker_reasons.SWAPPED)
 
 
 def _seen(raw: RawScan, colouring: Colouring, scan: CleanScan) -> tuple[SeenSticker, ...]:

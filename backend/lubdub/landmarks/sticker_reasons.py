@@ -17,6 +17,13 @@ CONTRADICTORY = Reason(
     "Take every mirror and every spare sticker out of the picture and scan again.",
 )
 
+SWAPPED = Reason(
+    "stickers_swapped",
+    "The body seems to lie the other way round than its two stickers say.",
+    "Look if sticker 1 is at the top of the breastbone and sticker 2 at its lower end, and scan again. If they are "
+    "right, scan more of the body: from the chin to below the belly button.",
+)
+
 TWICE = Reason(
     "sticker_seen_twice",
     "Two stickers for the same bone can be seen, so neither was used.",
