@@ -24,6 +24,7 @@ from lubdub.judging.verdict import Evidence, Gates
 from lubdub.landmarks.check import LandmarkLimits
 from lubdub.landmarks.stickers import StickerSettings
 from lubdub.landmarks.suggest import SuggestionSettings
+from lubdub.library import nearest
 from lubdub.library.similar import SimilaritySettings
 from lubdub.methods import Chest
 from lubdub.results import (
@@ -130,6 +131,7 @@ def constants() -> str:
             PoseSettings(),
             PAPER,
             SimilaritySettings(),
+            nearest.SETTINGS,
             BoneSettings(),
             (anatomy.AORTIC, anatomy.PULMONARY, anatomy.TRICUSPID, anatomy.MITRAL, anatomy.MITRAL_UNDER_FOUR),
             DropSettings(),

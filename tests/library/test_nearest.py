@@ -3,8 +3,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lubdub.geometry.surface import Surface
+from lubdub.library import nearest
 from lubdub.library.load import load_library
-from lubdub.library.nearest import rank_by_shape
+from lubdub.library.nearest import NearestSettings, rank_by_shape
 
 REFERENCES = load_library().references
 
@@ -33,3 +34,32 @@ def test_size_counts_a_child_is_not_like_a_grown_up() -> None:
     grown = Surface(REFERENCES[0].surface.vertices * 2.0, REFERENCES[0].surface.triangles)
     assert rank_by_shape(grown, REFERENCES)[0].id != REFERENCES[0].id
     assert np.isfinite([one.chamfer_mm for one in rank_by_shape(grown, REFERENCES)]).all()
+
+
+def test_every_shipped_reference_is_compared() -> None:
+    ranked = rank_by_shape(REFERENCES[5].surface, REFERENCES)
+    assert {one.id for one in ranked} == {one.id for one in REFERENCES}
+
+
+@pytest.mark.parametrize("index", [0, 8, 21, 33])
+def test_a_large_library_is_searched_without_comparing_everybody_and_the_best_is_the_same(
+    index: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(index)
+    body = REFERENCES[index].surface
+    stretched = body.vertices * random.uniform(0.95, 1.05, 3) @ Rotation.random(random_state=index).as_matrix().T
+    everybody = rank_by_shape(Surface(stretched, body.triangles), REFERENCES)
+    monkeypatch.setattr(nearest, "SETTINGS", NearestSettings(most_compared=8))
+    few = rank_by_shape(Surface(stretched, body.triangles), REFERENCES)
+    assert len(few) == 8
+    assert few[0].id == everybody[0].id
+    assert few[0].chamfer_mm == everybody[0].chamfer_mm
+    assert sum(one.weight for one in few) == pytest.approx(1)
+
+
+def test_another_library_is_not_searched_with_the_index_of_the_last_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(nearest, "SETTINGS", NearestSettings(most_compared=4))
+    first, second = REFERENCES[:17], REFERENCES[17:]
+    for library in (first, second, first):
+        ranked = rank_by_shape(REFERENCES[0].surface, library)
+        assert {one.id for one in ranked} <= {one.id for one in library}
