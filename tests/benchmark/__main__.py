@@ -13,6 +13,8 @@ from pathlib import Path
 from tests.benchmark import accuracy, damaged, paper_tables, repeat
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.runner import run_experiment
+from tests.benchmark.selection import SELECTION
+from tests.benchmark.speed import SPEED
 
 EXPERIMENTS: tuple[Experiment, ...] = (
     accuracy.DEMO,
@@ -20,6 +22,8 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     damaged.DAMAGED,
     paper_tables.PAPER,
     repeat.REPEAT,
+    SELECTION,
+    SPEED,
 )
 
 
