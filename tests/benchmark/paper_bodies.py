@@ -66,6 +66,8 @@ STATURE_MM = 1730.0
 MARK_MM = 5.0
 """How far off nipples and navel are marked by hand, on scans and on references alike."""
 THREE: tuple[LandmarkName, ...] = ("navel", "nipple_left", "nipple_right")
+ON_SKIN = " on the skin"
+"""Ends the name of an area where the skin would carry it if bones under it did not differ between people."""
 OURS = (Run("lubdub", "five"), Run("rule", "five"), Run("paper", "paper's three"))
 """The last: the paper's method choosing among the shipped references."""
 
@@ -137,6 +139,7 @@ def _volunteer(seed: int, group: int, number: int, height_m: float, body_mass_in
     marks = subject.landmarks + MARK_MM / np.sqrt(2.0) * random.normal(size=(5, 3)) * [1.0, 1.0, 0.0]
     landmarks: dict[Any, np.ndarray] = dict(zip(LANDMARK_NAMES, marks, strict=True))
     areas: dict[Any, np.ndarray] = dict(zip(AREA_NAMES, subject.areas, strict=True))
+    areas |= {f"{name}{ON_SKIN}": place for name, place in zip(AREA_NAMES, subject.mesh_areas, strict=True)}
     return Man(case, Reference(person.name, skin, landmarks, areas, {}))
 
 
@@ -156,10 +159,18 @@ def registered(case: Case, references: Mapping[str, Reference]) -> list[Row]:
         seconds = time.perf_counter() - begun
         row: Row = {"scan": case.name, "reference": name, "chamfer_mm": found.chamfer_mm, "start": found.route}
         for area in AREA_NAMES:
-            gap = to_file.apply(fit.areas[area]) - case.areas[area]
-            row[f"{area}_mm"] = round(float(np.linalg.norm(gap)) * case.mm_per_unit, 3)
-        rows.append({**row, "mean_mm": _mean(row), "seconds": round(seconds, 3)})
+            row[f"{area}_mm"] = _gap(to_file.apply(fit.areas[area]), case.areas[area], case)
+        row |= {"mean_mm": _mean(row), "seconds": round(seconds, 3)}
+        if case.mesh_areas:
+            carried: Mapping[str, np.ndarray] = fit.areas
+            gaps = [_gap(to_file.apply(carried[f"{a}{ON_SKIN}"]), case.mesh_areas[a], case) for a in AREA_NAMES]
+            row["skin_mm"] = round(float(np.mean(gaps)), 3)
+        rows.append(row)
     return rows
+
+
+def _gap(place: np.ndarray, truth: np.ndarray, case: Case) -> float:
+    return round(float(np.linalg.norm(place - truth)) * case.mm_per_unit, 3)
 
 
 def _prepared(case: Case) -> tuple[CleanScan, Similarity, dict[LandmarkName, Landmark]]:
