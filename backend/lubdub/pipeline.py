@@ -49,8 +49,7 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
     with clock("read"):
         raw = read_scan(data)
     with clock("clean"):
-        ready = prepare(raw, request.unit, request.landmarks)
-        check_order(ready, library.basis)
+        ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
         laid = stages.lay_down(ready.scan, ready.marked, library.basis, ready.by_sticker)
     with clock("fit"):
         chest = stages.understand(laid, request.patient, "lubdub", library)
@@ -67,9 +66,8 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
         with clock("read"):
             raw = read_scan(data)
         with clock("clean"):
-            ready = prepare(raw, request.unit, request.landmarks)
+            ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
             scan = ready.scan
-            check_order(ready, library.basis)
             laid = stages.lay_down(scan, ready.marked, library.basis, ready.by_sticker)
             warnings = (*ready.warnings, *check_scan(laid.scan), *stages.check(laid, request.patient))
         with clock("fit"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -166,3 +167,12 @@ def test_a_large_mesh_keeps_every_vertex() -> None:
     dense = torso_scan(columns=400, rows=300).surface
     read = read_scan(write_stl(Surface(dense.vertices.astype(np.float32), dense.triangles))).surface
     assert len(read.vertices) == len(dense.vertices)
+
+
+@pytest.mark.parametrize("write", [write_ply, write_obj, write_glb])
+def test_triangles_with_corners_of_their_own_are_joined_again(write: Callable[[Surface], bytes]) -> None:
+    corners = BODY.triangles.ravel()
+    apart = Surface(BODY.vertices[corners], np.arange(len(corners)).reshape(-1, 3))
+    read = read_scan(write(apart)).surface
+    assert len(read.vertices) == len(BODY.vertices)
+    assert np.abs(read.vertices[read.triangles] - BODY.vertices[BODY.triangles]).max() < 1e-6

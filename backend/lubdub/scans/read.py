@@ -16,6 +16,7 @@ from lubdub.scans.read_stl import read_stl
 from lubdub.scans.reasons import unreadable
 from lubdub.scans.sniff import Kind, sniff
 from lubdub.scans.unzip import Beside, only_scan
+from lubdub.scans.weld import welded
 
 _READERS: Mapping[Kind, Callable[[bytes], RawScan]] = {
     "ply": read_ply,
@@ -42,4 +43,4 @@ def read_scan(data: bytes) -> RawScan:
         if kind == "zip":
             raise unreadable("zip_unsafe")
     with np.errstate(all="ignore"):  # a number that does not fit becomes inf or nan, and these are refused
-        return read_obj(data, beside) if kind == "obj" else _READERS[kind](data)
+        return welded(read_obj(data, beside) if kind == "obj" else _READERS[kind](data))
