@@ -22,6 +22,7 @@ from lubdub.geometry.surface import Surface, unit
 from references.make.scan import Camera
 
 PAPER, INK = 0.9, 0.07
+_HAIR_PER_BLOTCH = 15.0
 _UNSEEN = -2.0
 CLEAR_OF_SKIN_MM = 25.0
 """A sticker colours only what lies within this depth of its middle: not the back of the same body."""
@@ -53,18 +54,24 @@ class Stuck:
 
 @dataclass(frozen=True)
 class Complexion:
-    """One person's skin. spots: (k, 4) place and radius of each mole, nipple, scar; their colour is spot_tone."""
+    """One person's skin. spots: (k, 4) place and radius of each mole, nipple, scar; their colour is spot_tone.
+
+    hair: how dark the hair of the chest is, 0 for none.
+    """
 
     tone: np.ndarray
     waves: np.ndarray
     spots: np.ndarray
     spot_tones: np.ndarray
+    hair: float = 0.0
     stuck: tuple[Stuck, ...] = ()
 
     def colours(self, points: np.ndarray) -> np.ndarray:
         """(k, 3) colour of the skin at points (k, 3), stickers and all, before any light."""
         phase = points @ self.waves[:, :3].T + self.waves[:, 3]
         colours = self.tone * (1 + 0.06 * np.sin(phase).mean(axis=1) * np.sqrt(len(self.waves)))[:, None]
+        strands = np.sin(points @ (_HAIR_PER_BLOTCH * self.waves[:8, :3]).T + self.waves[:8, 3]).mean(axis=1)
+        colours *= 1 - self.hair * np.clip(3.0 * strands, 0, 1)[:, None]
         for (*middle, radius), tone in zip(self.spots, self.spot_tones, strict=True):
             near = np.clip(1.5 - np.linalg.norm(points - middle, axis=1) / radius, 0, 1)[:, None]
             colours = (1 - near) * colours + near * tone
@@ -77,7 +84,7 @@ class Complexion:
 def draw_complexion(
     random: np.random.Generator, skin: Surface, nipples: np.ndarray, size: float, stuck: tuple[Stuck, ...] = ()
 ) -> Complexion:
-    """A skin from very light to very dark with blotches, moles and nipples (2, 3). size: share of an adult."""
+    """A skin from very light to very dark with blotches, moles, hair and nipples (2, 3). size: share of an adult."""
     light = random.uniform(0.18, 0.85)
     tone = np.array([1.0, random.uniform(0.68, 0.8), random.uniform(0.5, 0.66)]) * light
     waves = random.normal(size=(24, 4)) * [0.05, 0.05, 0.05, 0.0] + [0.0, 0.0, 0.0, 1.0] * random.uniform(0, 7, (24, 1))
@@ -85,7 +92,8 @@ def draw_complexion(
     spots = np.column_stack([moles, random.uniform(0.8, 3.5, len(moles))])
     spots = np.concatenate([spots, np.column_stack([nipples, np.full(2, random.uniform(7, 14) * size)])])
     tones = tone * random.uniform(0.25, 0.75, (len(spots), 1))
-    return Complexion(tone, waves, spots, tones, stuck)
+    hair = max(0.0, float(random.uniform(-0.6, 0.6)))
+    return Complexion(tone, waves, spots, tones, hair, stuck)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.benchmark import accuracy, damaged, paper_tables, repeat
+from tests.benchmark import accuracy, damaged, paper_tables, repeat, stickers
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.runner import run_experiment
 from tests.benchmark.selection import SELECTION
@@ -24,6 +24,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     repeat.REPEAT,
     SELECTION,
     SPEED,
+    stickers.STICKERS_EXPERIMENT,
 )
 
 
