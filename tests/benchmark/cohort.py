@@ -12,7 +12,7 @@ What is drawn (sd: one standard deviation; a to b: even; S: length of the breast
 | smooth deformation | 40 Gaussian hills of 120 mm, root mean square 3 to 7 mm |
 | S; both bones together | sd 8 %; sd 0.04 S |
 | areas: level aortic, pulmonary, tricuspid, mitral; across | sd 0.03, 0.03, 0.04, 0.08 S; sd 0.03, 0.03, 0.03, 0.06 S |
-| nipples up, out; navel | sd 0.10 S, 0.06 S; sd 0.12 S |
+| nipples up, out; navel | sd 0.075 S (women after puberty 0.13 S), 0.06 S; sd 0.12 S |
 | lying: back pressed; belly sinks | 0.06 to 0.18 of the depth; 0 to 0.12 |
 | breasts flatten; slide up, out | 0.35 to 0.8; 0.05 to 0.5 of their thickness each |
 | arms from the body | 24 to 40 degrees, each side by itself |
@@ -172,10 +172,19 @@ def _marked(subject: Subject, noise: np.ndarray) -> tuple[np.ndarray, ...]:
     mesh_landmarks = np.concatenate([subject.mesh_bones, subject.landmarks[2:]])
 
     def clicked(landmarks: np.ndarray) -> np.ndarray:
-        return drop_on_skin(landmarks[:, :2] + noise, skin, triangles).positions
+        beside = np.column_stack([landmarks[:, :2] + noise, landmarks[:, 2]])
+        return np.array([_on_skin(place, skin, triangles) for place in beside])
 
     clicks, mesh_clicks = clicked(subject.landmarks), clicked(mesh_landmarks)
     return clicks, subject.landmarks, subject.areas, mesh_clicks, subject.mesh_areas
+
+
+def _on_skin(place: np.ndarray, skin: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(3,) the skin in front of a place (3,); the nearest where there is none, as above a newborn's notch."""
+    try:
+        return drop_on_skin(place[None, :2], skin, triangles).positions[0]
+    except ValueError:
+        return Stage(Surface(skin, triangles)).nearest(place[None])[0]
 
 
 def case_of(person: Person, scanner: str, subject: Subject, shot: Shot, places: Places) -> Case:

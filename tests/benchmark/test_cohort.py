@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lubdub.geometry.surface import Surface
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES
 from lubdub.scans.read import read_scan
 from references.make.cameras import SCANNERS, Scene
@@ -119,6 +120,13 @@ def test_the_truth_lies_on_every_scanners_own_skin_within_its_errors(scanner: st
     for name in LANDMARK_NAMES:
         gap = np.linalg.norm(points - case.landmarks[name], axis=1).min() * case.mm_per_unit
         assert gap < 12.0
+
+
+def test_a_click_where_no_skin_faces_the_front_lands_on_the_nearest_skin() -> None:
+    workshop, (subject, _) = cohort.workshop(), cohort.draw_person(5, 3)
+    above = subject.landmarks[0] + [0.0, 400.0, 0.0]
+    place = cohort._on_skin(above, subject.whole[workshop.torso.indices], workshop.torso.triangles)
+    assert Stage(Surface(subject.whole, workshop.torso.triangles)).nearest(place[None])[0] == pytest.approx(place)
 
 
 def test_every_group_meets_every_scanner() -> None:
