@@ -324,3 +324,18 @@ def test_a_database_that_cannot_be_opened_is_one_sentence(run: Run, monkeypatch:
     code, said, faults = run("admin", "key", "list")
     assert (code, said) == (2, "")
     assert faults == "lubdub: The database cannot be opened. Is it running, and is LUBDUB_DATABASE_URL right?\n"
+
+
+@pytest.mark.parametrize("words", [(), ("--paper", "letter", "--size", "small")])
+def test_the_sticker_sheet_is_written_to_the_file_named(run: Run, tmp_path: Path, words: tuple[str, ...]) -> None:
+    path = tmp_path / "sheet.pdf"
+    code, out, err = run("stickers", *words, "--out", path)
+    assert (code, err) == (0, "")
+    assert str(path) in out
+    assert path.read_bytes().startswith(b"%PDF")
+
+
+def test_a_sticker_sheet_that_cannot_be_written_is_one_line(run: Run, tmp_path: Path) -> None:
+    code, out, err = run("stickers", "--out", tmp_path / "nowhere" / "sheet.pdf")
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1

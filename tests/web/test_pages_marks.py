@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,6 +12,8 @@ from lubdub.web.pages_marks import Marks, asked_points
 
 ASKED = LANDMARK_NAMES
 PLACE = [1.0, 2.0, 3.0]
+
+STUCK = {"suprasternal_notch": [0.0, 0.1, 0.2], "xiphisternum": [0.0, -0.1, 0.2]}
 
 step = st.one_of(
     st.tuples(st.just("place"), st.sampled_from(LANDMARK_NAMES)),
@@ -26,11 +30,17 @@ def taken(marks: Marks, action: str, name: LandmarkName | None) -> Marks:
     return {"keep": marks.keeping, "skip": marks.skipping, "next": marks.onward}[action](ASKED)
 
 
-@given(st.lists(step, max_size=15))
-def test_a_point_is_never_two_things_at_once(steps: list[tuple[str, LandmarkName | None]]) -> None:
-    marks = Marks().confirmed(ASKED)
+stickers = st.sampled_from([{}, STUCK, {"xiphisternum": STUCK["xiphisternum"]}])
+
+
+@given(st.lists(step, max_size=15), stickers)
+def test_a_point_is_never_two_things_at_once(
+    steps: list[tuple[str, LandmarkName | None]], stuck: dict[str, list[float]]
+) -> None:
+    marks = Marks().confirmed(ASKED, stuck)
     for action, name in steps:
-        marks = taken(marks, action, name)
+        marks = taken(marks, action, name).confirmed(ASKED, stuck)
+        assert set(marks.stuck) <= set(marks.placed)
         assert not set(marks.placed) & set(marks.skipped)
         assert not set(marks.placed) & set(marks.kept)
         assert not set(marks.kept) & set(marks.skipped)
@@ -38,7 +48,7 @@ def test_a_point_is_never_two_things_at_once(steps: list[tuple[str, LandmarkName
 
 @given(st.lists(step, max_size=15))
 def test_marks_come_back_from_the_store_as_they_went_in(steps: list[tuple[str, LandmarkName | None]]) -> None:
-    marks = Marks().confirmed(ASKED)
+    marks = Marks().confirmed(ASKED, STUCK)
     for action, name in steps:
         marks = taken(marks, action, name)
     assert Marks.from_bytes(marks.to_bytes()) == marks
@@ -46,7 +56,7 @@ def test_marks_come_back_from_the_store_as_they_went_in(steps: list[tuple[str, L
 
 @given(st.sampled_from(LANDMARK_NAMES), st.lists(step, max_size=6))
 def test_undo_takes_back_a_placed_point(name: LandmarkName, before: list[tuple[str, LandmarkName | None]]) -> None:
-    marks = Marks().confirmed(ASKED)
+    marks = Marks().confirmed(ASKED, STUCK)
     for action, other in before:
         marks = taken(marks, action, other)
     back = marks.with_placed(name, [9.0, 9.0, 9.0]).undone()
@@ -74,3 +84,25 @@ def test_nipples_are_not_asked_of_women_past_puberty() -> None:
     assert "nipple_left" in asked_points("female", 8.0, 12.0)
     assert "nipple_left" in asked_points("male", 30.0, 12.0)
     assert asked_points("female", 30.0, 12.0)[:2] == ("suprasternal_notch", "xiphisternum")
+
+
+def test_points_with_stickers_are_marked_and_the_first_without_is_asked_for() -> None:
+    marks = Marks().confirmed(ASKED, STUCK)
+    assert marks.placed == STUCK
+    assert set(marks.stuck) == set(STUCK)
+    assert marks.target == "navel"
+
+
+def test_a_point_moved_off_its_sticker_is_the_persons() -> None:
+    marks = Marks().confirmed(ASKED, STUCK).choosing("xiphisternum")
+    assert "xiphisternum" in marks.stuck
+    moved = marks.with_placed("xiphisternum", PLACE)
+    assert moved.stuck == ("suprasternal_notch",)
+    assert moved.confirmed(ASKED, STUCK).placed["xiphisternum"] == PLACE
+    assert moved.undone().stuck == marks.stuck
+
+
+def test_what_was_stored_before_there_were_stickers_can_be_read() -> None:
+    said = json.loads(Marks().confirmed(ASKED).to_bytes())
+    del said["stuck"]
+    assert Marks.from_bytes(json.dumps(said).encode()) == Marks().confirmed(ASKED)

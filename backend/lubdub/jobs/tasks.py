@@ -22,7 +22,7 @@ from lubdub.report.result_json import examination_json, result_json
 from lubdub.results import CleanScan, Library, Outcome, Patient, Progress
 from lubdub.settings import Settings
 
-NEEDED_LATER = ("scipy.optimize", "trimesh.exchange.ply", "PIL.Image")
+NEEDED_LATER = ("scipy.optimize", "trimesh.exchange.ply", "PIL.Image", "pyapriltags")
 """Modules every job imports on its way; a fresh child would spend a second on them. None starts a thread."""
 
 

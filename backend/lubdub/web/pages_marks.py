@@ -28,9 +28,9 @@ class Marks:
     def confirmed(self, asked: tuple[LandmarkName, ...], stuck: Mapping[str, list[float]] | None = None) -> Marks:
         """The sides are right; the first point that no sticker marks is asked for.
 
-        stuck: what stickers mark, name -> [x, y, z]; points that were placed by hand stay where they are.
+        stuck: what stickers mark, name -> [x, y, z]; what was already said about a point stays.
         """
-        new = {name: place for name, place in (stuck or {}).items() if name not in self.placed}
+        new = {name: place for name, place in (stuck or {}).items() if not self.is_answered(name)}
         marks = replace(self, sides_confirmed=True, placed={**self.placed, **new}, stuck=(*self.stuck, *new))
         first = next((name for name in asked if name not in marks.stuck), None)
         return replace(marks, target=self.target or first)
