@@ -16,11 +16,15 @@ from unittest import mock
 
 import numpy as np
 
+from lubdub import stages
 from lubdub.geometry.surface import Surface, carry
 from lubdub.library import nearest
 from lubdub.library.choose import choose
 from lubdub.library.load import load_library
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Reference, ShapeBasis
+from lubdub.scans.clean import clean
+from lubdub.scans.read import read_scan
+from lubdub.scans.units import find_unit
 from tests.benchmark.demo import demo_cases
 from tests.benchmark.experiment import Cell, Experiment, Report, Row, Table, Unit
 
@@ -88,13 +92,13 @@ def looked_up(library_size: int, seed: int, bodies: int, number: int) -> list[Ro
 
 def laid_on(library_size: int, seed: int, bodies: int) -> list[Row]:
     """The paper's way over one scan."""
-    from lubdub.pipeline import Request, examine
-
     (case,) = (case for case in demo_cases() if case.name == CHOOSE_DEMO)
-    seen = examine(case.data, Request(case.patient, case.clicks), load_library())
+    library, raw = load_library(), read_scan(case.data)
+    scan = clean(raw, find_unit(raw, None, case.clicks), case.clicks)
+    chest = stages.understand(stages.lay_down(scan, case.clicks, library.basis), case.patient, "paper", library)
     references = _draw(library_size, seed, bodies).references
     begun = time.perf_counter()
-    choose(seen.scan, seen.landmarks, references)
+    choose(chest.scan, chest.landmarks, references)
     return [{"way": "choose", "references": library_size, "seconds": round(time.perf_counter() - begun, 5)}]
 
 

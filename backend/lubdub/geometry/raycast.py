@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lubdub.geometry.one_thread import one_threaded_open3d
 from lubdub.geometry.surface import Surface, unit
 
 
@@ -25,7 +26,7 @@ class SkinCaster:
     """Casts rays at one triangulated surface. Raises ValueError for a cloud, which has nothing to meet."""
 
     def __init__(self, surface: Surface) -> None:
-        import open3d
+        open3d = one_threaded_open3d()
 
         if surface.is_cloud:
             raise ValueError("a cloud has no skin to meet; triangulate it first")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lubdub.geometry.frames import Similarity
+from lubdub.geometry.one_thread import one_threaded_open3d
 
 
 def best_rigid(source: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Similarity:
@@ -76,7 +77,7 @@ def feature_cloud(
     points: np.ndarray, normals: np.ndarray, spacing_mm: float, settings: OverlaySettings
 ) -> FeatureCloud:
     """Thin points (n, 3) with unit normals (n, 3) to one a cube of spacing_mm, and describe each by its FPFH."""
-    import open3d
+    open3d = one_threaded_open3d()
 
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
     cloud.normals = open3d.utility.Vector3dVector(normals)
@@ -90,7 +91,7 @@ def feature_cloud(
 
 def ransac_start(source: FeatureCloud, target: FeatureCloud, settings: OverlaySettings) -> Similarity:
     """The rigid motion most features agree on. It may be wrong by half a turn: the caller must check it."""
-    import open3d
+    open3d = one_threaded_open3d()
 
     registration = open3d.pipelines.registration
     reach = settings.ransac_distance * target.spacing_mm
@@ -120,7 +121,7 @@ def icp(source: FeatureCloud, target: FeatureCloud, start: Similarity, settings:
 
     The start's scale is kept: ICP only turns and shifts.
     """
-    import open3d
+    open3d = one_threaded_open3d()
 
     registration = open3d.pipelines.registration
     matrix = start.matrix()

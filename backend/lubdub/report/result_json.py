@@ -34,7 +34,7 @@ def result_json(outcome: Outcome) -> dict[str, Any]:
     ]
     document["selected"] = outcome.selected
     document["quality"] = _quality(outcome.quality)
-    document["steps"] = [dict(step) for step in outcome.steps]
+    document["steps"] = [{name: round(value, 4) for name, value in step.items()} for step in outcome.steps]
     document["timings_s"] = {stage: round(seconds, 4) for stage, seconds in outcome.timings_s.items()}
     document["method"] = dict(outcome.method)
     return document
