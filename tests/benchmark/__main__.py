@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tests.benchmark import accuracy, damaged, paper_tables, repeat, stickers
 from tests.benchmark.experiment import Experiment
+from tests.benchmark.peers import PEERS_EXPERIMENT
 from tests.benchmark.runner import run_experiment
 from tests.benchmark.selection import SELECTION
 from tests.benchmark.speed import SPEED
@@ -23,6 +24,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     paper_tables.PAPER,
     repeat.REPEAT,
     SELECTION,
+    PEERS_EXPERIMENT,
     SPEED,
     stickers.STICKERS_EXPERIMENT,
 )
