@@ -67,5 +67,6 @@ def test_the_page_stands_printed_and_again_side_by_side() -> None:
     assert table.rows[0][5:7] == (3.0, 9.0)
     assert str(next(row for row in table.rows if row[0] == "#6 #8")[2]).endswith("*")
     assert "nine of the paper's 56 pairs" in found.words
+    assert "`lubdub` is 5.0 mm off" in found.words
     assert found.numbers["summary"]["again"][0] == pytest.approx(25 / 3)
     assert found.numbers["summary"]["again, areas that follow the skin"][0] == pytest.approx(25 / 6)
