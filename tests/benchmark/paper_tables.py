@@ -15,12 +15,11 @@ import numpy as np
 from lubdub.results import AREA_NAMES
 from tests.benchmark.experiment import Cell, Experiment, Report, Row, Table, Unit
 from tests.benchmark.paper_bodies import BODIES, FACTS, OURS, work_software, work_volunteer
+from tests.benchmark.paper_numbers import chosen, determination, does_not_add_up, printed_pairs
+from tests.benchmark.paper_plots import plot_choice, plot_means, plot_regression
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-ADDS_UP_MM = 0.02
-"""A printed mean may differ from the mean of its four printed values by rounding only."""
+    pass
 
 WORDS = f"""# The paper's experiments, run again
 
@@ -51,37 +50,6 @@ def _units(size: int, seed: int) -> Iterable[Unit]:
     for group in range(size):
         for number in range(1, len(FACTS["volunteers"]) + 1):
             yield Unit(f"group {group}, man {number}", functools.partial(work_volunteer, seed, group, number))
-
-
-def printed_pairs() -> list[Row]:
-    """The paper's Table 3. mean_mm: as printed; four_mm: the mean of the four values beside it."""
-    rows = []
-    for scan, reference, chamfer, *areas, mean in FACTS["pairs"]:
-        row = {"scan": f"#{scan}", "reference": f"#{reference}", "chamfer_mm": chamfer, "mean_mm": mean}
-        rows.append({**row, "four_mm": round(float(np.mean(areas)), 3), "mitral_mm": areas[3]})
-    return rows
-
-
-def does_not_add_up(row: Row) -> bool:
-    """Whether a printed mean is not the mean of its own values."""
-    return abs(row["mean_mm"] - row["four_mm"]) > ADDS_UP_MM
-
-
-def determination(rows: Sequence[Row], error: str) -> tuple[float, float]:
-    """(R squared, slope) of the regression of an error on the Chamfer distance."""
-    chamfer, errors = np.array([row["chamfer_mm"] for row in rows]), np.array([row[error] for row in rows])
-    return float(np.corrcoef(chamfer, errors)[0, 1] ** 2), float(np.polyfit(chamfer, errors, 1)[0])
-
-
-def chosen(rows: Sequence[Row], error: str) -> list[Row]:
-    """For each scan: the reference of least Chamfer distance with its error, and the least error there was."""
-    found = []
-    for scan in dict.fromkeys((row.get("group_of_eight"), row["scan"]) for row in rows):
-        of_scan = [row for row in rows if (row.get("group_of_eight"), row["scan"]) == scan]
-        nearest, best = (min(of_scan, key=lambda row: row[key]) for key in ("chamfer_mm", error))
-        line = {"scan": scan[1], "chosen": nearest["reference"], "chosen_mm": nearest[error]}
-        found.append({**line, "best": best["reference"], "best_mm": best[error], "right": nearest is best})
-    return found
 
 
 def report(rows: list[Row]) -> Report:
@@ -121,7 +89,7 @@ def findings(again: Sequence[Row], ours: Sequence[Row]) -> str:
   {with_bones:.0%}: the least Chamfer distance chose references with {by_chamfer:.1f} mm, a reference drawn at random
   has {chance:.1f} mm, the best one for each man {least:.1f} mm.
 - With two bone points more, `lubdub` is {over["lubdub, five"]:.1f} mm off on the same scans, the anatomy table as a
-  ruler {over["rule, five"]:.1f} mm, and the paper's method with the 34 shipped bodies {over["paper, paper's three"]:.1f} mm.
+  ruler {over["rule, five"]:.1f} mm, and the paper's method with the shipped bodies {over["paper, paper's three"]:.1f} mm.
 """
 
 
@@ -244,56 +212,6 @@ def inconsistent_table() -> Table:
     ]
     columns = ("scan, reference", "printed mean_mm", "mean of its four_mm", "difference_mm")
     return Table("Printed means that are not the mean of their own four values", columns, lines)
-
-
-def plot_means(again: Sequence[Row], ours: Sequence[Row], figure: Figure) -> None:
-    """Every pair's mean error, printed and again, and our methods on the same men."""
-    axes = figure.subplots()
-    groups = {"printed": [row["four_mm"] for row in printed_pairs()], "again": [row["mean_mm"] for row in again]}
-    groups |= {"again, least\nChamfer": [one["chosen_mm"] for one in chosen(again, "mean_mm")]}
-    for run in OURS:
-        name = "paper,\n34 references" if run.name.startswith("paper") else run.name.replace(", ", ",\n")
-        groups[name] = [row["mean_mm"] for row in ours if row["run"] == run.name and row["mean_mm"] is not None]
-    for place, values in enumerate(groups.values()):
-        spread = place + np.linspace(-0.2, 0.2, max(len(values), 1))[: len(values)]
-        axes.plot(spread, values, "o", markersize=4, alpha=0.7)
-        axes.hlines(np.mean(values), place - 0.3, place + 0.3, color="black") if values else None
-    axes.set_xticks(range(len(groups)), list(groups))
-    axes.set(ylabel="mean error over the four areas, mm", title="Eight men (line: mean)", ylim=(0, None))
-
-
-def plot_choice(again: Sequence[Row], figure: Figure) -> None:
-    """A panel for each man: error on Chamfer distance of the seven references, the chosen one ringed."""
-    panels = figure.subplots(2, 4, sharey=True).ravel()
-    for panel, scan in zip(panels, dict.fromkeys(row["scan"] for row in again), strict=False):
-        of_scan = [row for row in again if row["scan"] == scan]
-        x, y = [row["chamfer_mm"] for row in of_scan], [row["mean_mm"] for row in of_scan]
-        panel.plot(x, y, "o", markersize=4)
-        nearest = int(np.argmin(x))
-        panel.plot(x[nearest], y[nearest], "o", markersize=10, fillstyle="none", color="black")
-        panel.set_title(f"{scan}", fontsize=9)
-    figure.supxlabel("Chamfer distance, mm (ring: the one that is chosen)")
-    figure.supylabel("mean error, mm")
-
-
-def plot_regression(again: Sequence[Row], figure: Figure) -> None:
-    """Error on Chamfer distance over all pairs: printed, again, and again with areas that follow the skin."""
-    sides = (
-        ("printed, recomputed", printed_pairs(), "four_mm"),
-        ("again", again, "mean_mm"),
-        ("again, on the skin", again, "skin_mm"),
-    )
-    for axes, (name, rows, error) in zip(figure.subplots(1, 3), sides, strict=True):
-        x, y = np.array([row["chamfer_mm"] for row in rows]), np.array([row[error] for row in rows])
-        axes.plot(x, y, "o", markersize=4)
-        ends = np.array([x.min(), x.max()])
-        axes.plot(ends, np.polyval(np.polyfit(x, y, 1), ends), color="grey")
-        axes.set(
-            title=f"{name}: R2 {determination(rows, error)[0]:.2f}",
-            xlabel="Chamfer distance",
-            ylabel="error, mm",
-            ylim=(0, 60),
-        )
 
 
 PAPER = Experiment(

@@ -8,7 +8,8 @@ import pytest
 from lubdub.results import AREA_NAMES
 from tests.benchmark.experiment import Row
 from tests.benchmark.paper_bodies import BODIES, FACTS, OURS
-from tests.benchmark.paper_tables import chosen, determination, does_not_add_up, printed_pairs, report
+from tests.benchmark.paper_numbers import chosen, determination, does_not_add_up, printed_pairs
+from tests.benchmark.paper_tables import report
 
 
 def pair(scan: str, reference: str, chamfer: float, error: float, group: int = 0) -> Row:
