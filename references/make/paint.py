@@ -23,6 +23,7 @@ from references.make.scan import Camera
 
 PAPER, INK = 0.9, 0.07
 _HAIR_PER_BLOTCH = 15.0
+_HAIRY_SIZE = 0.9  # of an adult
 _UNSEEN = -2.0
 CLEAR_OF_SKIN_MM = 25.0
 """A sticker colours only what lies within this depth of its middle: not the back of the same body."""
@@ -92,7 +93,7 @@ def draw_complexion(
     spots = np.column_stack([moles, random.uniform(0.8, 3.5, len(moles))])
     spots = np.concatenate([spots, np.column_stack([nipples, np.full(2, random.uniform(7, 14) * size)])])
     tones = tone * random.uniform(0.25, 0.75, (len(spots), 1))
-    hair = max(0.0, float(random.uniform(-0.6, 0.6)))
+    hair = max(0.0, float(random.uniform(-0.6, 0.6))) * (size > _HAIRY_SIZE)
     return Complexion(tone, waves, spots, tones, hair, stuck)
 
 

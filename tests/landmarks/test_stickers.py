@@ -39,7 +39,7 @@ def printed(sticker: Sticker, pixels: int = 6) -> np.ndarray:
 def test_what_is_printed_is_read_as_what_it_is_and_its_mirror_image_as_mirrored(sticker: Sticker) -> None:
     for quarter in range(4):
         picture = np.rot90(printed(sticker), quarter)
-        seen, backwards = list(marks_in(picture)), list(marks_in(picture[:, ::-1]))
+        seen, backwards = marks_in(picture), marks_in(picture[:, ::-1])
         assert [(one.sticker, one.squares_off, one.is_mirrored) for one in seen] == [(sticker, 0, False)]
         assert [(one.sticker, one.squares_off, one.is_mirrored) for one in backwards] == [(sticker, 0, True)]
 
@@ -120,7 +120,7 @@ def test_noise_shows_no_sticker() -> None:
     random = np.random.default_rng(3)
     for cell in (1, 3, 6, 12):
         coarse = random.integers(0, 256, (480 // cell, 480 // cell), dtype=np.uint8)
-        assert list(marks_in(coarse.repeat(cell, 0).repeat(cell, 1))) == []
+        assert marks_in(coarse.repeat(cell, 0).repeat(cell, 1)) == []
 
 
 def test_a_view_shows_the_skin_as_one_who_stands_before_it_sees_it() -> None:

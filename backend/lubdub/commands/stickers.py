@@ -20,7 +20,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
         allow_abbrev=False,
     )
     parser.add_argument("--paper", choices=("a4", "letter"), default="a4")
-    parser.add_argument("--size", choices=("large", "small"), default="large", help="small: for children under two")
+    parser.add_argument("--size", choices=("large", "small"), default="large", help="small: for babies under one year")
     parser.add_argument("--out", type=Path, metavar="FILE.pdf", default=Path("stickers.pdf"))
     parser.set_defaults(run=_write)
 

@@ -52,7 +52,8 @@ LARGE_MM, LARGE_CELL_MM = 40.0, 3.6
 """The mark's corners end 0.9 of a square inside the edge: white enough to stand out on dark skin."""
 SMALL_MM, SMALL_CELL_MM = 32.0, 2.9
 """For babies: a newborn's breastbone is 48 mm long, and both stickers must lie on its ends without touching."""
-SMALL_UNTIL_YEARS = 2.0
+SMALL_UNTIL_YEARS = 1.0
+"""At one year the breastbone is 63-66 mm long, enough for two large ones."""
 
 STICKERS: tuple[Sticker, ...] = (
     Sticker("suprasternal_notch", "large", 33, LARGE_MM, LARGE_CELL_MM, ("..#..", "#...#", "..###", "...#.", ".####")),

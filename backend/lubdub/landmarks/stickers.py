@@ -42,6 +42,8 @@ class StickerSettings:
     """Of the second look, for each of the mark's squares."""
     close_window: float = 1.9
     """Its width, in diameters."""
+    blurs: tuple[float, ...] = (0.6, 0.0)
+    """In pixels, before corners are sought: seams and noise want some, coarse textures none."""
     squares_off: int = 2
     """Wrongly seen squares: two marks differ in 9, and in 7 from mirrored ones. Seams of textures cost up to two."""
     likeness: float = 0.65
@@ -146,27 +148,40 @@ def _window(points: np.ndarray, outward: np.ndarray, pixel: float, margin: float
 
 
 @lru_cache(maxsize=1)
-def _detector() -> Any:
+def _detectors() -> tuple[Any, ...]:
     from pyapriltags import Detector  # loads a library of its own, which scans without colour need not pay for
 
-    return Detector(
-        families=FAMILY, nthreads=1, quad_decimate=1.0, quad_sigma=0.6, refine_edges=1, decode_sharpening=0.25
-    )
+    return tuple(Detector(families=FAMILY, quad_decimate=1.0, quad_sigma=blur) for blur in SETTINGS.blurs)
 
 
-def marks_in(grey: np.ndarray) -> Iterator[Find]:
-    """Our marks in a picture (rows, columns) uint8 and in its mirror image."""
-    by_number = {sticker.number: sticker for sticker in STICKERS}
+def marks_in(grey: np.ndarray) -> list[Find]:
+    """Our marks in a picture (rows, columns) uint8 and in its mirror image, each once."""
+    marks: list[Find] = []
     for is_mirrored in (False, True):
         shown = np.ascontiguousarray(grey[:, ::-1] if is_mirrored else grey)
-        for found in _detector().detect(shown):
-            sure = found.hamming <= SETTINGS.squares_off and found.decision_margin >= SETTINGS.least_margin
-            if not sure or found.tag_id not in by_number:
-                continue
-            corners = np.asarray(found.corners, np.float64)
-            if is_mirrored:
-                corners = np.stack([grey.shape[1] - corners[:, 0], corners[:, 1]], axis=1)
-            yield Find(by_number[found.tag_id], corners, int(found.hamming), is_mirrored)
+        for detector in _detectors():
+            for found in detector.detect(shown):
+                mark = _ours(found, grey.shape[1] if is_mirrored else None)
+                if mark is not None and not any(_overlap(mark, other) for other in marks):
+                    marks.append(mark)
+    return marks
+
+
+def _ours(found: Any, mirrored_width: int | None) -> Find | None:
+    """What the detector found, when it is one of our marks and surely read."""
+    sticker = next((one for one in STICKERS if one.number == found.tag_id), None)
+    if sticker is None or found.hamming > SETTINGS.squares_off or found.decision_margin < SETTINGS.least_margin:
+        return None
+    corners = np.asarray(found.corners, np.float64)
+    if mirrored_width is not None:
+        corners = np.stack([mirrored_width - corners[:, 0], corners[:, 1]], axis=1)
+    return Find(sticker, corners, int(found.hamming), mirrored_width is not None)
+
+
+def _overlap(one: Find, other: Find) -> bool:
+    alike = one.sticker == other.sticker and one.is_mirrored == other.is_mirrored
+    apart = np.linalg.norm(one.corners.mean(axis=0) - other.corners.mean(axis=0))
+    return alike and bool(apart < SETTINGS.apart * _side(one.corners))
 
 
 def _looked_closely(skin: ColouredSkin, view: View, picture: Picture, find: Find) -> SeenSticker | None:

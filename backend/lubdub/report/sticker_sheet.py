@@ -66,7 +66,7 @@ def english(size: StickerSize) -> SheetWords:
     years = f"{SMALL_UNTIL_YEARS:g}"
     return SheetWords(
         title="Two stickers for the scan",
-        for_whom=f"For a child under {years} years." if size == "small" else f"For anyone of {years} years or more.",
+        for_whom=f"For a baby under {years} year." if size == "small" else f"For anyone of {years} year or more.",
         print_heading="1. Print this page at its true size",
         print_how='Use plain paper. In the print window, choose "Actual size" or "100 %", not "Fit to page".',
         check="Check with a ruler: this line must be exactly 50 mm long. If it is not, print again.",
