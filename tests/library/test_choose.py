@@ -131,3 +131,16 @@ def test_progress_is_told_and_an_empty_library_refused(references: list[Referenc
     assert heard == [0.5, 1.0]
     with pytest.raises(ValueError, match="no reference"):
         choose(scan, {}, [])
+
+
+def test_of_a_large_library_only_a_part_is_laid_on_and_the_most_like_is_among_it() -> None:
+    shapes = [Shape(size=size, belly=belly) for size in np.linspace(0.4, 1.1, 8) for belly in (0.1, 0.4, 0.8)]
+    library = [reference_of(str(number), shape) for number, shape in enumerate(shapes)]
+    person, heard = nearly(shapes[13]), list[float]()
+    scan, settings = clean_scan(seen_from_front(person)), SimilaritySettings(most_laid=12)
+    choice = choose(scan, clicked(person), library, settings, heard.append)
+    assert choice.selected.id == "13"
+    assert len(choice.overlays) == len({one.reference.id for one in choice.overlays}) == 12
+    assert heard == sorted(heard)
+    assert heard[-1] == 1.0
+    assert "12 of 24" in choice.notes[0]

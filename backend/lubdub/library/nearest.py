@@ -69,6 +69,20 @@ class ShapeIndex:
         self._directions = np.linalg.svd(away, full_matrices=False)[2][: SETTINGS.few_numbers]
         self._tree = cKDTree(laid.reshape(len(bodies), -1) @ self._directions.T)
 
+    def spread(self, count: int) -> list[int]:
+        """The places of `count` bodies as unlike each other as can be: the most average one, then ever the farthest."""
+        numbers = np.asarray(self._tree.data)
+        chosen = [int((numbers**2).sum(axis=1).argmin())]
+        away = np.full(len(numbers), np.inf)
+        while len(chosen) < min(count, len(numbers)):
+            away = np.minimum(away, ((numbers - numbers[chosen[-1]]) ** 2).sum(axis=1))
+            chosen.append(int(away.argmax()))
+        return chosen
+
+    def like(self, place: int, count: int) -> list[int]:
+        """The places of the `count` bodies most like the one at `place`, itself among them."""
+        return [int(other) for other in self._tree.query(self._tree.data[place], k=min(count, self._tree.n))[1]]
+
     def nearest(self, vertices: np.ndarray, count: int) -> list[int]:
         """The places of `count` bodies most like vertices (n, 3), wherever it lies; the same order every time."""
         numbers = self._directions @ (self._laid(vertices[None])[0] - self._middle).ravel()

@@ -55,6 +55,8 @@ class SimilaritySettings:
     hopeless_scale: float = 1.5
     """A body this much larger or smaller by its landmarks cannot lie on the scan unscaled: it is laid on by them
     at once. An infant's scan against all adults otherwise takes most of the time of a choice."""
+    most_laid: int = 100
+    """Laying one on takes 25 ms. Of a larger library only so many are laid on: see `library.choose`."""
     scale_penalty_mm: float = 20.0
     """Added for each factor e of scale: a landmark start may scale a child up to an adult, which then fits
     well with the wrong proportions (measured: mean error 7.3 -> 6.4 mm)."""
