@@ -17,6 +17,7 @@ from lubdub.fitting.pose import PoseSettings
 from lubdub.fitting.refine import RefineSettings
 from lubdub.fitting.schedule import PAPER
 from lubdub.fitting.shape import ShapeFitSettings
+from lubdub.fitting.starts import StartSettings
 from lubdub.geometry.sparse import solver_name
 from lubdub.geometry.stickers import STICKERS
 from lubdub.judging.measures import chest_coverage
@@ -129,6 +130,7 @@ def constants() -> str:
             ShapeFitSettings(),
             RefineSettings(),
             PoseSettings(),
+            StartSettings(),
             PAPER,
             SimilaritySettings(),
             nearest.SETTINGS,

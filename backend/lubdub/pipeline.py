@@ -50,7 +50,7 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
         raw = read_scan(data)
     with clock("clean"):
         ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
-        laid = stages.lay_down(ready.scan, ready.marked, library.basis, ready.by_sticker)
+        laid = stages.lay_down(ready.scan, ready.marked, library.basis, request.patient, ready.by_sticker)
     with clock("fit"):
         chest = stages.understand(laid, request.patient, "lubdub", library)
     examination = assembly.examined(chest, library.basis.data_weight)
@@ -68,7 +68,7 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
         with clock("clean"):
             ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
             scan = ready.scan
-            laid = stages.lay_down(scan, ready.marked, library.basis, ready.by_sticker)
+            laid = stages.lay_down(scan, ready.marked, library.basis, request.patient, ready.by_sticker)
             warnings = (*ready.warnings, *check_scan(laid.scan), *stages.check(laid, request.patient))
         with clock("fit"):
             chest = stages.understand(laid, request.patient, request.method, library)

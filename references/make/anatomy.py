@@ -34,8 +34,10 @@ APEX_IN_FOURTH_SPACE = (0.92, 0.51, 0.14, 0.0)
 
 
 NOTCH_BELOW_CLAVICLE_JOINT = 0.0034
-"""In statures: on the neutral MakeHuman man (1,730 mm) the bone lies at y 585, the joint at y 591. The joint of
-the rig follows age and sex; the skin at the neck does not (in women it carries the notch 30 mm too high)."""
+"""In statures, on the average man: on the neutral MakeHuman man (1,730 mm) the bone lies at y 585, the joint at y 591.
+Every other body carries that man's point on the shared skin: so the navel lies 0.20 to 0.21 statures and 2.2 to 2.6 S
+below the notch in both sexes at every age from one year on, as people have it. The rig's own joint lies 20-30 mm
+lower in girls and women, which would put their navels at 2.05 S and their nipples at 0.8 S."""
 
 
 @dataclass(frozen=True)
@@ -85,12 +87,16 @@ def area_offsets(age_years: float) -> np.ndarray:
     return np.stack([rows[:, 1], -rows[:, 0]], axis=1)
 
 
-def place_bones(
-    vertices: np.ndarray, triangles: np.ndarray, clavicle_joint_y: float, stature_mm: float, sternum: float
-) -> Marks:
-    """Notch and xiphisternal joint on the midline (x = 0) of a symmetric body. vertices: (n, 3)."""
-    notch = clavicle_joint_y - NOTCH_BELOW_CLAVICLE_JOINT * stature_mm
-    return drop_on_skin(np.array([[0.0, notch], [0.0, notch - sternum]]), vertices, triangles)
+def place_bones(vertices: np.ndarray, triangles: np.ndarray, notch: Marks, sternum: float) -> Marks:
+    """Notch, carried by the skin, and xiphisternal joint on the midline (x = 0) of a symmetric body (n, 3)."""
+    carried = np.einsum("kc,kcd->kd", notch.weights, vertices[notch.corners])
+    joint = drop_on_skin(np.array([[0.0, carried[0, 1] - sternum]]), vertices, triangles)
+    both = (np.concatenate(parts) for parts in zip((carried, notch.corners, notch.weights), _parts(joint), strict=True))
+    return Marks(*both)
+
+
+def _parts(marks: Marks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return marks.positions, marks.corners, marks.weights
 
 
 def place_areas(vertices: np.ndarray, triangles: np.ndarray, bones: np.ndarray, age_years: float) -> Marks:

@@ -212,12 +212,20 @@ def _arm_directions(workshop: Workshop, settings: BasisSettings) -> list[np.ndar
     return directions
 
 
+NECK_SAYS = 0.5
+"""Weight of the neck's front and the shoulders' inner part: they fix the notch better than the chest does, but heads
+lie turned and bent. With 0, 0.3, 0.5 and 1 the notch of a real woman from CT was 30, 14, 10 and 24 mm off."""
+
+
 def data_weight(mean: np.ndarray, triangles: np.ndarray, trunk: np.ndarray, landmarks: Marks) -> np.ndarray:
-    """(n,) how much skin there says: 1 on the trunk's front and flanks, 0 on arms, shoulders, neck and back.
+    """(n,) how much skin there says: 1 on the trunk's front and flanks, half on the neck, 0 on arms and back.
 
     Where vertices are dense, above all around the nipples, each counts for the little skin it stands for.
     """
     sternum = -landmarks.positions[1, 1]
-    facing = smoothstep(vertex_normals(mean, triangles)[:, 2], -0.7, -0.2)
+    normals = vertex_normals(mean, triangles)
+    facing = smoothstep(normals[:, 2], -0.7, -0.2)
     below_neck = 1.0 - smoothstep(mean[:, 1], 0.15 * sternum, 0.45 * sternum)
-    return smoothstep(trunk, 0.3, 0.95) * facing * below_neck * area_share(mean, triangles)
+    weight = smoothstep(trunk, 0.3, 0.95) * facing * below_neck * area_share(mean, triangles)
+    neck = (mean[:, 1] > 0) & (np.abs(mean[:, 0]) < 1.35 * sternum) & (normals[:, 2] > -0.3)
+    return np.where(neck, np.maximum(weight, NECK_SAYS), weight)

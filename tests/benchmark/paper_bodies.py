@@ -178,7 +178,7 @@ def _prepared(case: Case) -> tuple[CleanScan, Similarity, dict[LandmarkName, Lan
     clicks = {name: case.clicks[name] for name in THREE}
     raw = read_scan(case.data)
     scan = clean(raw, find_unit(raw, None, clicks), clicks)
-    laid = stages.lay_down(scan, clicks, _library().basis)
+    laid = stages.lay_down(scan, clicks, _library().basis, Patient())
     marks = {name: Landmark(place, "given", MARK_MM) for name, place in laid.given.items()}
     return laid.scan, laid.scan.body_from_file.inverse(), marks
 

@@ -95,7 +95,9 @@ def laid_on(library_size: int, seed: int, bodies: int) -> list[Row]:
     (case,) = (case for case in demo_cases() if case.name == CHOOSE_DEMO)
     library, raw = load_library(), read_scan(case.data)
     scan = clean(raw, find_unit(raw, None, case.clicks), case.clicks)
-    chest = stages.understand(stages.lay_down(scan, case.clicks, library.basis), case.patient, "paper", library)
+    chest = stages.understand(
+        stages.lay_down(scan, case.clicks, library.basis, case.patient), case.patient, "paper", library
+    )
     references = _draw(library_size, seed, bodies).references
     begun = time.perf_counter()
     choose(chest.scan, chest.landmarks, references)

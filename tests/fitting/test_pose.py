@@ -26,4 +26,4 @@ def test_a_belly_alone_is_no_body() -> None:
     body = only_belly(hide_side(torso_scan())).surface
     found = find_pose(clean_scan(body, np.array([0.0, 0.0, 1.0])), BASIS)
     whole = find_pose(clean_scan(torso_scan().surface, np.array([0.0, 0.0, 1.0])), BASIS)
-    assert found.score / found.pose.body_from_basis.scale > 2 * whole.score / whole.pose.body_from_basis.scale
+    assert found.misfit_mm / found.pose.body_from_basis.scale > 2 * whole.misfit_mm / whole.pose.body_from_basis.scale

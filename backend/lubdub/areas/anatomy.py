@@ -51,13 +51,18 @@ APEX_STILL_HIGH = (0.92, 0.51, 0.14, 0.0)
 
 def places(age_years: float) -> Mapping[AreaName, Place]:
     """The four places for somebody of this age."""
-    high = float(np.interp(age_years, APEX_AGES_YEARS, APEX_STILL_HIGH, left=1.0))
+    high = still_high(age_years)
     return {
         "aortic": AORTIC,
         "pulmonary": PULMONARY,
         "tricuspid": TRICUSPID,
         "mitral": _blend(MITRAL_UNDER_FOUR, MITRAL, high),
     }
+
+
+def still_high(age_years: float) -> float:
+    """Share of children of this age whose apex is still in the 4th space."""
+    return float(np.interp(age_years, APEX_AGES_YEARS, APEX_STILL_HIGH, left=1.0))
 
 
 def _blend(first: Place, second: Place, share: float) -> Place:

@@ -16,13 +16,13 @@ from lubdub.results import BONE_LANDMARKS, LandmarkName, Landmarks, Patient
 class BoneSettings:
     """How much each source of a bone point is trusted; one standard deviation."""
 
-    fitted_across_mm: float = 6.0
-    """The midline of a fitted body: symmetric skin fixes it well."""
-    fitted_along_share: float = 0.13
-    """Height of a fitted bone point, in shares of the breastbone's length: skin does not fix the bones (a real man
-    from CT: 12-20 mm for S = 158)."""
-    fitted_along_breasts_share: float = 0.2
-    """The same in women after puberty (a real woman from CT: 25-35 mm for S = 145)."""
+    fitted_across_mm: float = 3.0
+    """The midline of a fitted body: symmetric skin fixes it to 2 mm on simulated people, none of them bent."""
+    fitted_along_share: float = 0.11
+    """Height of a fitted bone point, in shares of the breastbone's length: 0.1 on simulated people, mostly what skin
+    cannot know of bones."""
+    fitted_along_breasts_share: float = 0.16
+    """The same in women after puberty (a real woman from CT: 5-25 mm for S = 145)."""
     age_unknown_spread: float = 0.2
     """Spread of the breastbone's length when nobody said the age."""
     nipples_below_notch: tuple[float, float] = (1.0, 0.11)
@@ -43,8 +43,9 @@ def believe(
     """The breastbone that agrees best with everything known; body frame, +y along the body.
 
     clicked: the landmarks given or suggested; fitted: name -> (3,) from a body bent onto the scan, may be empty.
-    Along the body the two heights are one linear least-squares problem: clicks, fit, and (unless both bones
-    were clicked) the length expected for the age. Raises ValueError when nothing fixes a bone point.
+    Along the body the two heights are one linear least-squares problem: clicks, fit, and, with a fit or without both
+    clicks, the length expected for the age: clicks alone are a plain ruler. Raises ValueError when nothing fixes a
+    bone point.
     """
     settings = settings or BoneSettings()
     expected, length_sigma = _expected_length(fitted, patient, settings)
@@ -67,7 +68,7 @@ def believe(
     for height, sigma in _notch_from_skin(clicked, patient, expected, settings):
         information[0, 0] += sigma**-2
         vector[0] += height * sigma**-2
-    if not all(name in clicked for name in BONE_LANDMARKS):
+    if fitted or not all(name in clicked for name in BONE_LANDMARKS):
         difference = np.array([1.0, -1.0])
         information += np.outer(difference, difference) / length_sigma**2
         vector += difference * expected / length_sigma**2

@@ -75,6 +75,20 @@ def region_radius_mm(sigma_mm: np.ndarray, held: float = 0.9) -> float:
     return high
 
 
+def sigma_on_skin(sigma_mm: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(2,) the sigmas along the skin of a place whose frontal sigmas are (2,); normal: (3,) of the skin there.
+
+    On skin z = -(n_x x + n_y y) / n_z an offset d in the frontal plane is J d in space, J = [I; -n_xy / n_z]: the
+    sigmas are the singular values of J diag(sigma). Steeper than `STEEPEST` the frontal view says nothing more.
+    """
+    slope = -normal[:2] / max(float(normal[2]), STEEPEST)
+    return np.linalg.svd(np.vstack([np.eye(2), slope]) * sigma_mm, compute_uv=False)
+
+
+STEEPEST = 0.4
+"""Smallest cosine to the front that a region follows."""
+
+
 def distance_mm(first: Mapping[AreaName, np.ndarray], second: Mapping[AreaName, np.ndarray]) -> float:
     """The largest frontal distance between two sets of areas: how far two methods disagree."""
     return max(float(np.linalg.norm((first[name] - second[name])[:2])) for name in AREA_NAMES)

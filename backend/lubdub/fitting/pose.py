@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lubdub.fitting.shape import Pose, ShapeFitSettings, Target, fit_shape, misfit_mm, start_pose
+from lubdub.fitting.misfit import misfit_mm
+from lubdub.fitting.shape import Pose, ShapeFitSettings, Span, Target, fit_shape, start_pose
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import vertex_normals
 from lubdub.results import CleanScan, Fit, ShapeBasis
@@ -32,39 +33,51 @@ class PoseSettings:
         )
     )
     full: ShapeFitSettings = field(default_factory=lambda: ShapeFitSettings(first_scale_mm=30.0))
+    unlikely: float = 0.05
+    """What a breastbone one standard deviation off its expected length costs, as a share of the misfit; squared."""
     seed: int = 7
 
 
 @dataclass(frozen=True)
 class PoseFound:
-    """The best pose and its fit; margin: how much better it explains the scan than any other turn (0: not)."""
+    """The best pose and its fit; margin: how much better it explains the scan than any other turn (0: not).
+
+    misfit_mm: what the fit leaves unexplained, see `shape.misfit_mm`.
+    """
 
     pose: Pose
     fit: Fit
-    score: float
+    misfit_mm: float
     margin: float
 
 
-def find_pose(scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None = None) -> PoseFound:
-    """The lie of an unmarked body. scan: any axes, mm."""
+def find_pose(
+    scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None = None, sternum: Span | None = None
+) -> PoseFound:
+    """The lie of an unmarked body. scan: any axes, mm; sternum: what age and sex let one expect."""
     settings = settings or PoseSettings()
+
+    def scored(misfit: float, fit: Fit) -> float:
+        return misfit * (1 + settings.unlikely * sternum.surprise(fit)) if sternum else misfit
+
     target = _thinned(scan, settings)
     coarse = _coarse(basis)
     rough = []
     for start in _starts(target, basis, settings):
-        pose, _ = fit_shape(target, {}, coarse, start, settings.rough)
-        rough.append((misfit_mm(pose, coarse, target, 15.0), pose))
+        pose, fit = fit_shape(target, {}, coarse, start, settings.rough, sternum)
+        rough.append((scored(misfit_mm(pose, coarse, target, 15.0), fit), pose))
     rough.sort(key=lambda pair: pair[0])
     # A flexible body explains a lot, even upside down; a stiff one explains less but lies less: both count.
     full = []
     for score, pose in _distinct(rough)[: settings.kept]:
-        final, fit = fit_shape(target, {}, basis, Pose(pose.body_from_basis, pose.coefficients), settings.full)
-        full.append((score + misfit_mm(final, basis, target, 10.0), final, fit))
-    full.sort(key=lambda triple: triple[0])
+        final, fit = fit_shape(target, {}, basis, pose, settings.full, sternum)
+        misfit = misfit_mm(final, basis, target, 10.0)
+        full.append((score + scored(misfit, fit), final, fit, misfit))
+    full.sort(key=lambda end: end[0])
     best = full[0]
-    others = [score for score, pose, _ in full[1:] if _turn_between(pose, best[1]) > 0.6]
+    others = [score for score, pose, *_ in full[1:] if _turn_between(pose, best[1]) > 0.6]
     margin = min(others) / best[0] - 1 if others else 1.0
-    return PoseFound(best[1], best[2], best[0], margin)
+    return PoseFound(best[1], best[2], best[3], margin)
 
 
 def _thinned(scan: CleanScan, settings: PoseSettings) -> Target:

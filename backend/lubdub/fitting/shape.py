@@ -1,9 +1,11 @@
 """Fitting the shape basis: a similarity and a few coefficients, by Gauss-Newton on matched skin.
 
 Minimises, over scale, rotation, translation and coefficients c,
-    sum w_i ((x_i - u_i) . n_i)² / s²  +  0.1² of the same point to point  +  sum |x_l - l|² / s_l²  +  |c|²
-where u_i is the scan point nearest to body vertex x_i and w_i a Geman-McClure weight whose scale is annealed
-(Black & Rangarajan 1996). Many modes join late, so that the pose settles first.
+    sum w_i ((x_i - u_i) . n_i)² / s²  +  a whisper of the same point to point  +  sum |x_l - l|² / s_l²  +  |c|²
+    + (|x_notch - x_joint| - S)² / s_S²
+where S is the breastbone's length that age and sex let one expect, u_i the scan point nearest to body vertex x_i
+and w_i a Geman-McClure weight whose scale is annealed (Black & Rangarajan 1996). Many modes join late, so that
+the pose settles first.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, carry, vertex_normals
-from lubdub.results import AREA_NAMES, LANDMARK_NAMES, CleanScan, Fit, LandmarkName, ShapeBasis
+from lubdub.results import AREA_NAMES, BONE_LANDMARKS, LANDMARK_NAMES, CleanScan, Fit, LandmarkName, ShapeBasis
 
 
 @dataclass(frozen=True)
@@ -31,9 +33,11 @@ class ShapeFitSettings:
     modes_by_iteration: tuple[int, ...] = (0, 6, 6, 15, 15, 15, 40, 40)
     """Modes let in at the first iterations; all of them afterwards."""
     data_sigma_mm: float = 3.0
-    effective_points: float = 1500.0
-    """All matches together count as this many independent ones: neighbours share their error."""
-    point_to_point: float = 0.1
+    effective_points: float = 100.0
+    """All matches together count as this many independent ones: what the model cannot bend to is wrong over a hand's
+    breadth, so a chest holds some dozens of independent errors. 1500 put the notch 1.3 times as far off as 100."""
+    point_to_point: float = 0.03
+    """The nearest point holds a body where it is: 0.1 and 0.3 kept a wrong start twice as far off."""
     match_angle_deg: float = 55.0
     coefficient_limit: float = 3.5
     step_limit: float = 0.3
@@ -64,6 +68,19 @@ class Pull:
 
 
 @dataclass(frozen=True)
+class Span:
+    """How long the body's breastbone should be, before anybody looks: mm, and its standard deviation."""
+
+    length_mm: float
+    sigma_mm: float
+
+    def surprise(self, fit: Fit) -> float:
+        """The squared distance, in standard deviations, of a fitted breastbone's length from this one."""
+        length = float(np.linalg.norm(fit.landmarks["suprasternal_notch"] - fit.landmarks["xiphisternum"]))
+        return ((length - self.length_mm) / self.sigma_mm) ** 2
+
+
+@dataclass(frozen=True)
 class Pose:
     """State of the fit: basis -> body frame, and (k,) coefficients."""
 
@@ -88,10 +105,12 @@ def fit_shape(
     basis: ShapeBasis,
     start: Pose,
     settings: ShapeFitSettings | None = None,
+    sternum: Span | None = None,
 ) -> tuple[Pose, Fit]:
     """Bend the basis onto the target, from a start that is right to about 30 degrees and a third in size.
 
-    Works in whatever millimetre frame the target is in. Returns the final pose and the fitted body.
+    sternum: what age and sex let one expect. Works in whatever millimetre frame the target is in. Returns the final
+    pose and the fitted body.
     """
     settings = settings or ShapeFitSettings()
     scales = np.geomspace(settings.first_scale_mm, settings.last_scale_mm, settings.iterations)
@@ -100,7 +119,7 @@ def fit_shape(
         modes = _modes_at(iteration, len(basis.modes), settings)
         shape = basis.mean + np.tensordot(pose.coefficients[:modes], basis.modes[:modes], axes=1)
         matches = _match(pose.body_from_basis.apply(shape), basis, target, float(scale), settings)
-        pose = _step(pose, shape, basis, modes, matches, pulls, settings)
+        pose = _step(pose, shape, basis, modes, matches, pulls, sternum, settings)
         steps.append({"iteration": float(iteration), "modes": float(modes), "matched_share": matches.share})
     return pose, _as_fit(pose, basis, target, settings, tuple(steps))
 
@@ -157,6 +176,7 @@ def _step(
     modes: int,
     matches: _Matches,
     pulls: Mapping[LandmarkName, Pull],
+    sternum: Span | None,
     settings: ShapeFitSettings,
 ) -> Pose:
     size = 7 + modes
@@ -167,18 +187,32 @@ def _step(
             hessian, gradient, _jacobian(pose, shape, basis, modes, matches.vertices), vertices, matches, settings
         )
     for name, pull in pulls.items():
-        row = LANDMARK_NAMES.index(name)
-        corners, weights = basis.landmark_corners[row], basis.landmark_weights[row]
-        by_corner = _jacobian(pose, shape, basis, modes, corners)
-        jacobian = np.tensordot(weights, by_corner, axes=1)
-        error = weights @ vertices[corners] - pull.position
+        jacobian, place = _landmark(name, pose, shape, basis, modes)
         hessian += jacobian.T @ jacobian / pull.sigma_mm**2
-        gradient += jacobian.T @ error / pull.sigma_mm**2
+        gradient += jacobian.T @ (place - pull.position) / pull.sigma_mm**2
+    if sternum is not None:
+        (notch_jacobian, notch), (joint_jacobian, joint) = (
+            _landmark(name, pose, shape, basis, modes) for name in BONE_LANDMARKS
+        )
+        length = float(np.linalg.norm(notch - joint))
+        along = (notch - joint) / length @ (notch_jacobian - joint_jacobian)
+        hessian += np.outer(along, along) / sternum.sigma_mm**2
+        gradient += along * (length - sternum.length_mm) / sternum.sigma_mm**2
     hessian[7:, 7:] += np.eye(modes)
     gradient[7:] += pose.coefficients[:modes]
     # A whisper of damping keeps the step defined when nothing matched and no landmark pulls.
     hessian[:7, :7] += np.diag([1.0, 1.0, 1.0, 1.0, 1e-6, 1e-6, 1e-6])
     return _moved(pose, np.linalg.solve(hessian, -gradient), modes, settings)
+
+
+def _landmark(
+    name: LandmarkName, pose: Pose, shape: np.ndarray, basis: ShapeBasis, modes: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """(3, 7 + modes) Jacobian and (3,) place of a landmark of the body."""
+    row = LANDMARK_NAMES.index(name)
+    corners, weights = basis.landmark_corners[row], basis.landmark_weights[row]
+    jacobian = np.tensordot(weights, _jacobian(pose, shape, basis, modes, corners), axes=1)
+    return jacobian, weights @ pose.body_from_basis.apply(shape[corners])
 
 
 def _add_skin(
@@ -216,29 +250,6 @@ def _moved(pose: Pose, step: np.ndarray, modes: int, settings: ShapeFitSettings)
     return Pose(similarity, np.clip(coefficients, -settings.coefficient_limit, settings.coefficient_limit))
 
 
-def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> float:
-    """How badly body and scan explain each other, both ways, each distance capped at 4 x limit (mm).
-
-    The body's far side is left out when the scan is one-sided; a tenth of the scan may be arms or clutter;
-    an odd shape counts against itself.
-    """
-    cap = 4 * limit
-    vertices = body_of(pose, basis)
-    normals = vertex_normals(vertices, basis.triangles)
-    outward = target.normals.mean(axis=0)
-    used = basis.data_weight > 0.3
-    if np.linalg.norm(outward) > 0.3:
-        used &= normals @ outward > 0.2 * float(np.linalg.norm(outward))
-    if not used.any():
-        return 3 * cap
-    distance, nearest = target.tree.query(vertices[used])
-    wrong_way = (normals[used] * target.normals[nearest]).sum(1) < 0.3
-    there = np.minimum(np.where(wrong_way, cap, distance), cap).mean()
-    back = np.sort(np.minimum(cKDTree(vertices).query(target.points[:: max(1, len(target.points) // 3000)])[0], cap))
-    oddness = float(np.sqrt(np.mean(pose.coefficients**2)))
-    return float(there + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * oddness)
-
-
 def body_of(pose: Pose, basis: ShapeBasis) -> np.ndarray:
     """(n, 3) vertices of the body a pose describes."""
     return pose.body_from_basis.apply(basis.mean + np.tensordot(pose.coefficients, basis.modes, axes=1))
@@ -256,14 +267,17 @@ def _as_fit(
     return replace(fit, surface_residual_mm=rms, matched_share=matches.share, strangeness=strangeness, steps=steps)
 
 
-def carried(body: Surface, basis: ShapeBasis) -> Fit:
-    """A body of the basis' topology with the landmarks and (adult) areas its mesh carries."""
+def carried(body: Surface, basis: ShapeBasis, infant: float = 0.0) -> Fit:
+    """A body of the basis' topology with the landmarks and areas its mesh carries.
+
+    infant: how much of the under-fours' areas is in them, 0 to 1; the rest is the adults'.
+    """
     landmarks = carry(basis.landmark_weights, basis.landmark_corners, body.vertices)
-    areas = carry(basis.area_weights[0], basis.area_corners[0], body.vertices)
+    adult, small = (carry(basis.area_weights[row], basis.area_corners[row], body.vertices) for row in (0, 1))
     return Fit(
         surface=body,
         landmarks=dict(zip(LANDMARK_NAMES, landmarks, strict=True)),
-        areas=dict(zip(AREA_NAMES, areas, strict=True)),
+        areas=dict(zip(AREA_NAMES, infant * small + (1 - infant) * adult, strict=True)),
         surface_residual_mm=0.0,
         matched_share=0.0,
         strangeness=0.0,

@@ -1,0 +1,33 @@
+"""How badly a body and a scan explain each other: what tells a wrong turn or size from the right one."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from lubdub.fitting.shape import Pose, Target, body_of
+from lubdub.geometry.surface import vertex_normals
+from lubdub.results import ShapeBasis
+
+
+def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> float:
+    """How badly body and scan explain each other, both ways, each distance capped at 4 x limit (mm).
+
+    The body's far side is left out when the scan is one-sided; a tenth of the scan may be arms or clutter;
+    an odd shape counts against itself.
+    """
+    cap = 4 * limit
+    vertices = body_of(pose, basis)
+    normals = vertex_normals(vertices, basis.triangles)
+    outward = target.normals.mean(axis=0)
+    used = basis.data_weight > 0.3
+    if np.linalg.norm(outward) > 0.3:
+        used &= normals @ outward > 0.2 * float(np.linalg.norm(outward))
+    if not used.any():
+        return 3 * cap
+    distance, nearest = target.tree.query(vertices[used])
+    wrong_way = (normals[used] * target.normals[nearest]).sum(1) < 0.3
+    there = np.minimum(np.where(wrong_way, cap, distance), cap).mean()
+    back = np.sort(np.minimum(cKDTree(vertices).query(target.points[:: max(1, len(target.points) // 3000)])[0], cap))
+    oddness = float(np.sqrt(np.mean(pose.coefficients**2)))
+    return float(there + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * oddness)
