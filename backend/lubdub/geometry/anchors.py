@@ -23,14 +23,19 @@ class Anchors:
 
 
 def anchored(surface: Surface, points: np.ndarray) -> Anchors:
-    """Fix points (k, 3) to the nearest places on a triangulated surface, looking at every triangle."""
+    """Fix points (k, 3) to the nearest places on a triangulated surface."""
     corners = surface.vertices[surface.triangles]
+    first = corners[:, 0]
+    reach = np.linalg.norm(corners[:, 1:] - first[:, None], axis=2).max(axis=1)
     indices, weights = np.zeros((len(points), 3), np.int64), np.zeros((len(points), 3))
     for row, point in enumerate(points):
-        places = closest_on_triangles(point, corners)
+        # No place on a triangle is nearer than its first corner by more than its longer side.
+        away = np.linalg.norm(first - point, axis=1)
+        near = np.flatnonzero(away - reach <= away.min())
+        places = closest_on_triangles(point, corners[near])
         nearest = int(np.linalg.norm(places - point, axis=1).argmin())
-        indices[row] = surface.triangles[nearest]
-        weights[row] = barycentric(places[nearest], corners[nearest])
+        indices[row] = surface.triangles[near[nearest]]
+        weights[row] = barycentric(places[nearest], corners[near[nearest]])
     return Anchors(indices, weights)
 
 

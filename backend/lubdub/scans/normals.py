@@ -80,9 +80,13 @@ def _consistency(triangles: np.ndarray) -> float:
 
 def cloud_normals(points: np.ndarray, near: Neighbourhood) -> np.ndarray:
     """(n, 3) unit normals of the local planes, neighbours agreeing with each other; the whole may be inward."""
-    around = points[near.index]
-    off = around - around.mean(axis=1, keepdims=True)
-    normals = np.linalg.eigh(np.einsum("nki,nkj->nij", off, off))[1][:, :, 0]
+    # Column by column: a third of the time of one product over all three.
+    around = [column[near.index] for column in points.T]
+    off = [column - column.mean(axis=1, keepdims=True) for column in around]
+    moments = np.empty((len(points), 3, 3))
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        moments[:, i, j] = moments[:, j, i] = np.einsum("nk,nk->n", off[i], off[j])
+    normals = np.linalg.eigh(moments)[1][:, :, 0]
     return normals * _agreed_signs(normals, near)[:, None]
 
 
