@@ -138,19 +138,29 @@ def report(rows: list[Row]) -> Report:
     names, methods = (list(dict.fromkeys(row[key] for row in rows)) for key in ("input", "method"))
     found = {(name, method): _together(rows, name, method) for name in names for method in methods}
     others = [method for method in methods if method != "lubdub"]
-    ratios = {
-        name: {other: found[name, "lubdub"]["median_s"] / found[name, other]["median_s"] for other in others}
-        for name in names
-    }
+    ratios = {what: _over(found, names, others, what) for what in ("median_s", "registration_s")}
     columns = ("median_s", "least_s", "most_s", "cpu_s", "first_run_s", "peak_MB", "verdict")
     lines = [(*both, *(numbers[column] for column in columns)) for both, numbers in found.items()]
     tables = (
         Table("Seconds from file to verdict, warm process", ("input", "method", *columns), lines),
         limits_table({name: found[name, "lubdub"] for name in names}),
-        Table("Time of lubdub over", ("input", *others), [(name, *ratios[name].values()) for name in names]),
+        *(
+            Table(title, ("input", *others), [(name, *ratios[what][name].values()) for name in names])
+            for what, title in (
+                ("median_s", "Time of lubdub over"),
+                ("registration_s", "Time of lubdub over, reading and cleaning left out"),
+            )
+        ),
         stages_table(rows),
     )
     return Report(tables, {"time_ratios": ratios})
+
+
+def _over(
+    found: Mapping[tuple[str, str], Mapping[str, Any]], names: list[str], others: list[str], what: str
+) -> dict[str, dict[str, float]]:
+    """Input -> other method -> the default method's number over the other's."""
+    return {name: {other: found[name, "lubdub"][what] / found[name, other][what] for other in others} for name in names}
 
 
 def _together(rows: list[Row], name: str, method: str) -> dict[str, Any]:
@@ -164,10 +174,15 @@ def _together(rows: list[Row], name: str, method: str) -> dict[str, Any]:
         "least_s": float(seconds.min()),
         "most_s": float(seconds.max()),
         "cpu_s": float(np.median(work)),
+        "registration_s": float(np.median([_after_cleaning(row["stages"]) for row in of_both])),
         "first_run_s": float(np.median(first)),
         "peak_MB": float(memory.max()),
         "verdict": of_both[0]["verdict"],
     }
+
+
+def _after_cleaning(stages: Mapping[str, float]) -> float:
+    return sum(seconds for stage, seconds in stages.items() if stage not in ("read", "clean"))
 
 
 def limits_table(found: Mapping[str, Mapping[str, Any]]) -> Table:

@@ -12,16 +12,22 @@ from tests.benchmark.speed import crowded_case, fine_case, report
 
 
 def row(method: str, seconds: float, peak_mb: float = 300.0, name: str = "cleaned, 25,000 points") -> Row:
-    times = {"seconds": seconds, "first_s": 2 * seconds, "cpu_s": seconds, "stages": {"read": 0.01, "clean": seconds}}
+    times = {
+        "seconds": seconds,
+        "first_s": 2 * seconds,
+        "cpu_s": seconds,
+        "stages": {"read": 0.01, "clean": seconds, "fit": seconds},
+    }
     return {"input": name, "method": method, "peak_mb": peak_mb, "verdict": "show", **times}
 
 
 def test_the_median_turn_counts_and_the_largest_memory() -> None:
     rows = [row("lubdub", 0.3), row("lubdub", 0.4, 500.0), row("lubdub", 9.0), row("paper", 4.0)]
-    seconds, limits, ratios, stages = report(rows).tables
+    seconds, limits, ratios, after_cleaning, stages = report(rows).tables
     assert seconds.rows[0][2] == 0.4
     assert limits.rows[0] == ("cleaned, 25,000 points", 0.4, 0.6, 500.0, 1024.0, "yes")
     assert ratios.rows[0][1] == pytest.approx(0.1)
+    assert after_cleaning.rows[0][1] == pytest.approx(0.1)
     assert stages.rows[0][2] == 0.4
 
 
