@@ -63,3 +63,10 @@ def test_another_library_is_not_searched_with_the_index_of_the_last_one(monkeypa
     for library in (first, second, first):
         ranked = rank_by_shape(REFERENCES[0].surface, library)
         assert {one.id for one in ranked} <= {one.id for one in library}
+
+
+def test_a_prepared_library_is_not_prepared_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(nearest, "SETTINGS", NearestSettings(most_compared=8))
+    nearest.prepare(REFERENCES)
+    monkeypatch.setattr(nearest, "ShapeIndex", None)
+    assert len(rank_by_shape(REFERENCES[0].surface, REFERENCES)) == 8

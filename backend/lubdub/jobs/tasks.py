@@ -17,6 +17,7 @@ from lubdub.cases.screening import unsure_reasons
 from lubdub.geometry.sparse import solver_name
 from lubdub.jobs.bundle import Bundle
 from lubdub.library.load import load_library
+from lubdub.library.nearest import prepare
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.report.result_json import examination_json, result_json
 from lubdub.results import CleanScan, Library, Outcome, Patient, Progress
@@ -31,7 +32,7 @@ def warm_up() -> None:
     for module in NEEDED_LATER:
         importlib.import_module(module)
     solver_name()
-    _library(Settings().references_dir)
+    prepare(_library(Settings().references_dir).references)
 
 
 def examine_task(payload: bytes, progress: Progress) -> bytes:

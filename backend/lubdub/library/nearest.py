@@ -56,6 +56,12 @@ def rank_by_shape(body: Surface, references: Sequence[Reference]) -> tuple[Ranke
     return tuple(sorted(ranked, key=lambda one: one.chamfer_mm))
 
 
+def prepare(references: Sequence[Reference]) -> None:
+    """Do beforehand what the first choice from a large library would do: 0.2 s for 2,400 bodies."""
+    if len(references) > SETTINGS.most_compared:
+        index_of(references)
+
+
 class ShapeIndex:
     """Many bodies of one topology, found by likeness without looking at each."""
 
