@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -134,3 +136,30 @@ def test_a_view_shows_the_skin_as_one_who_stands_before_it_sees_it() -> None:
     assert np.cross(right, down)[2] < 0  # right x down leads into the body
     assert right @ axes[0] > 79
     assert down @ axes[1] > 79
+
+
+def seamed(scan: PaintedScan, bone: str, shift_mm: float) -> PaintedScan:
+    """With a seam of the texture through the sticker on a bone: left of it the picture lies lower."""
+    assert scan.colouring.corners is not None
+    place = next(one.position for one in scan.stuck if one.sticker.bone == bone)
+    middles = scan.scan.surface.vertices[scan.scan.surface.triangles].mean(axis=1)
+    is_left = (middles[:, 0] < place[0]) & (np.abs(middles[:, 1] - place[1]) < 60)
+    height = float(np.ptp(scan.scan.surface.vertices[:, 1]))
+    corners = scan.colouring.corners.copy()
+    corners[is_left, :, 1] += np.float32(shift_mm / height)
+    return replace(scan, colouring=replace(scan.colouring, corners=corners))
+
+
+@pytest.mark.parametrize(("bone", "shift_mm"), [("suprasternal_notch", 2.0), ("xiphisternum", 3.0)])
+def test_a_sticker_cut_in_two_by_a_seam_is_found_when_the_other_one_is_whole(bone: str, shift_mm: float) -> None:
+    scan = seamed(painted(), bone, shift_mm)
+    seen = {one.sticker.bone: one for one in found(scan)}
+    assert set(seen) == set(BONES)
+    place = next(one.position for one in scan.stuck if one.sticker.bone == bone)
+    assert np.linalg.norm(seen[bone].position - place) < 5.0
+
+
+def test_the_second_look_imagines_nothing_where_one_sticker_was_put() -> None:
+    for seed in range(4):
+        seen = found(painted(stuck=stuck_on(1.0, (BONES[seed % 2],)), seed=seed))
+        assert [one.sticker.bone for one in seen] == [BONES[seed % 2]]
