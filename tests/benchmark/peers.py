@@ -166,8 +166,8 @@ def report(rows: list[Row]) -> Report:
             numbers = (*(float(part) for part in parts), seconds, work)
         lines.append((name, len(done), len(own) - len(done), *numbers))
     columns = ("contender", "cases", "failed", "mean_mm", "median_mm", "p95_mm", "max_mm", "median_s", "cpu_s")
-    shares = [(name, *shares_of(rows, OURS, name)) for name in dict.fromkeys(row["contender"] for row in rows)]
-    against = [line for line in shares if line[0] in PEERS]
+    met = {row["contender"] for row in rows}
+    against = [(name, *shares_of(rows, OURS, name)) for name in PEERS if name in met]
     ratio_columns = ("peer", "cases", "error", "time", "work", "promise kept")
     tables = (
         Table("Registration alone, one source, one start, one scan", columns, lines),

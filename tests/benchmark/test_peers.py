@@ -73,7 +73,7 @@ def test_only_cases_that_both_finished_are_compared() -> None:
 
 @pytest.mark.parametrize(("error", "seconds"), [(7.0, 0.2), (2.0, 1.0)])
 def test_a_promise_that_was_not_kept_is_said(error: float, seconds: float) -> None:
-    rows = [row(OURS, "a", error, seconds), row(PEERS[0], "a", 8.0, 40.0)]
+    rows = [row("rigid start", "a", 9.0, 0.0), row(OURS, "a", error, seconds), row(PEERS[0], "a", 8.0, 40.0)]
     assert report(rows).tables[1].rows[0][-1] == "no"
 
 
