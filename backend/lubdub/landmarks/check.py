@@ -22,6 +22,8 @@ class LandmarkLimits:
     """
 
     off_skin_mm: float = 30.0
+    click_mm: float = 8.0
+    """How far a click may be off without being called unusual: in a baby that is a sixth of the breastbone."""
     length_care: tuple[float, float] = (0.78, 1.25)
     length_refuse: tuple[float, float] = (0.6, 1.5)
     navel_care: tuple[float, float] = (1.75, 3.2)
@@ -49,7 +51,7 @@ def check_landmarks(
     length, warnings = _check_length(given, expected_length_mm, limits)
     if length is None:
         return warnings
-    worst = _worst(_shares(given, length), limits)
+    worst = _worst(_shares(given, length), limits, limits.click_mm / length)
     if worst == "refuse":
         raise ScanRefused(reasons.LANDMARKS_IMPLAUSIBLE)
     return (*warnings, reasons.LANDMARKS_UNUSUAL) if worst == "care" else warnings
@@ -83,7 +85,7 @@ def _check_length(
         return length, ()
     if not limits.length_refuse[0] <= length / expected <= limits.length_refuse[1]:
         raise ScanRefused(reasons.BREASTBONE_IMPLAUSIBLE)
-    unusual = not limits.length_care[0] <= length / expected <= limits.length_care[1]
+    unusual = not _within(length / expected, limits.length_care, limits.click_mm / expected)
     return length, (reasons.BREASTBONE_UNUSUAL,) if unusual else ()
 
 
@@ -101,12 +103,16 @@ def _shares(given: Mapping[LandmarkName, np.ndarray], length: float) -> list[tup
     return shares
 
 
-def _worst(shares: list[tuple[str, float]], limits: LandmarkLimits) -> str:
+def _within(share: float, limits: tuple[float, float], slack: float) -> bool:
+    return limits[0] - slack <= share <= limits[1] + slack
+
+
+def _worst(shares: list[tuple[str, float]], limits: LandmarkLimits, slack: float) -> str:
     worst = "fine"
     for what, share in shares:
         refuse, care = getattr(limits, f"{what}_refuse"), getattr(limits, f"{what}_care")
         if not refuse[0] <= share <= refuse[1]:
             return "refuse"
-        if not care[0] <= share <= care[1]:
+        if not _within(share, care, slack):
             worst = "care"
     return worst

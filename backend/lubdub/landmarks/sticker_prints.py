@@ -43,10 +43,14 @@ class StickerSettings:
     """The detector's own measure, mean difference to the threshold in grey levels; blurred true marks have 20."""
     uneven_sides: float = 0.25
     """Longest over shortest side of the mark, less one: a bent sticker has 0.1."""
+    plane_share: float = 0.7
+    """Of the sticker, around its middle, whose skin says how it lies: a baby's chin may hang over its edge."""
+    overhang: float = 0.3
+    """In diameters: what lies farther before or behind the middle is something else."""
     unflat: float = 0.15
     """Root mean square distance from its plane, in diameters."""
     least_skin: float = 0.7
-    """Share of the sticker's disc under which there is scanned skin."""
+    """Share of that part under which there is scanned skin."""
     least_slope: float = 0.3
     """Cosine between the skin and the line of sight."""
     apart: float = 0.5
@@ -146,9 +150,12 @@ def plane_of(view: View, picture: Picture, find: Find, diameter: float) -> tuple
     """
     middle = crossing(find.corners)
     rows, columns = np.ogrid[: view.rows, : view.columns]
-    inside = np.hypot(columns + 0.5 - middle[0], rows + 0.5 - middle[1]) * view.pixel < diameter / 2
+    reach = SETTINGS.plane_share * diameter / 2
+    inside = np.hypot(columns + 0.5 - middle[0], rows + 0.5 - middle[1]) * view.pixel < reach
     points = picture.points[inside]
     points = points[np.isfinite(points[:, 0])]
+    depth = points @ view.axes[2]
+    points = points[np.abs(depth - np.median(depth)) < SETTINGS.overhang * diameter] if len(points) else points
     if len(points) < max(SETTINGS.least_skin * inside.sum(), 2 * MARK_CELLS):
         return None
     centre, forward = points.mean(axis=0), view.axes[2]
