@@ -17,7 +17,6 @@ from lubdub.fitting.pose import PoseSettings
 from lubdub.fitting.refine import RefineSettings
 from lubdub.fitting.schedule import PAPER
 from lubdub.fitting.shape import ShapeFitSettings
-from lubdub.fitting.starts import StartSettings
 from lubdub.geometry.sparse import solver_name
 from lubdub.geometry.stickers import STICKERS
 from lubdub.judging.measures import chest_coverage
@@ -130,7 +129,6 @@ def constants() -> str:
             ShapeFitSettings(),
             RefineSettings(),
             PoseSettings(),
-            StartSettings(),
             PAPER,
             SimilaritySettings(),
             nearest.SETTINGS,

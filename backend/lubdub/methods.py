@@ -69,7 +69,7 @@ def by_paper(chest: Chest, library: Library, progress: Progress) -> Located:
 
 
 def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
-    """Bone first: the rule on bone points believed from clicks, the fitted body and growth tables together."""
+    """Bone first: the rule on bone points believed from clicks and fitted body together."""
     if chest.fit is None or chest.overlay is None:
         raise ValueError("this method needs a fitted body")
     bone = believe(_given(chest.landmarks), chest.fit.landmarks, chest.patient)

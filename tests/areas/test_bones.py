@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from lubdub.areas.anatomy import sternum_length_mm
 from lubdub.areas.bones import believe
 from lubdub.results import Landmark, Patient
 
@@ -26,20 +25,33 @@ def test_a_click_counts_more_than_a_fitted_bone() -> None:
     assert 0 < bone.notch[1] < 6
 
 
-def test_without_clicks_the_fitted_bones_are_drawn_towards_the_length_for_the_age() -> None:
-    fitted = {"suprasternal_notch": NOTCH, "xiphisternum": NOTCH - [0, 110, 0]}
+def test_the_midline_of_a_symmetric_body_counts_more_than_a_click_beside_it() -> None:
+    fitted = {"suprasternal_notch": NOTCH, "xiphisternum": JOINT}
+    beside = clicked(NOTCH + [10.0, 0, 0], JOINT)
+    assert 0 < believe(beside, fitted, MAN).notch[0] < 5
+
+
+def test_without_clicks_the_fitted_bones_are_believed_with_doubt() -> None:
+    fitted = {"suprasternal_notch": NOTCH, "xiphisternum": JOINT}
     bone = believe({}, fitted, MAN)
-    assert 110 < bone.length_mm < sternum_length_mm(40, "male")
+    assert np.allclose(bone.joint, JOINT)
+    assert bone.notch_sigma_mm[1] > 10
 
 
-def test_one_click_and_the_age_give_the_other_end() -> None:
-    fitted = {"suprasternal_notch": NOTCH, "xiphisternum": NOTCH - [0, 190, 0]}
+def test_breasts_make_fitted_bones_less_sure() -> None:
+    fitted = {"suprasternal_notch": NOTCH, "xiphisternum": JOINT}
+    woman = believe({}, fitted, Patient(40, "female"))
+    assert woman.notch_sigma_mm[1] > believe({}, fitted, MAN).notch_sigma_mm[1]
+
+
+def test_one_click_makes_its_own_end_surer_and_leaves_the_other() -> None:
+    fitted = {"suprasternal_notch": NOTCH, "xiphisternum": JOINT}
     with_click, without = believe(clicked(joint=None), fitted, MAN), believe({}, fitted, MAN)
     assert with_click.notch_sigma_mm[1] < without.notch_sigma_mm[1]
-    assert with_click.joint[1] > fitted["xiphisternum"][1]
+    assert np.allclose(with_click.joint_sigma_mm, without.joint_sigma_mm)
 
 
-def test_two_clicks_are_never_bent_by_the_growth_table() -> None:
+def test_two_clicks_without_a_body_are_a_plain_ruler() -> None:
     odd = clicked(joint=np.array([0.0, -190.0, 0.0]))
     assert believe(odd, {}, MAN).length_mm == pytest.approx(190)
 
@@ -58,12 +70,3 @@ def test_everything_scales_and_shifts_with_the_body() -> None:
     shift = np.array([3.0, -20.0, 8.0])
     bone = believe(clicked(NOTCH + shift, JOINT + shift), {}, MAN)
     assert np.allclose(bone.notch - shift, NOTCH)
-
-
-def test_a_mans_nipples_pull_a_doubtful_notch_towards_a_breastbone_above_them() -> None:
-    fitted = {"suprasternal_notch": NOTCH - [0, 40, 0], "xiphisternum": JOINT - [0, 40, 0]}
-    sides = {"nipple_left": 1.0, "nipple_right": -1.0}
-    nipples = {name: Landmark(np.array([90.0 * x, -155.0, 20.0]), "given", 5.0) for name, x in sides.items()}
-    assert believe({}, fitted, MAN).notch[1] < believe(nipples, fitted, MAN).notch[1] < 10
-    lying_woman = believe(nipples, fitted, Patient(40, "female")).notch[1]
-    assert believe({}, fitted, Patient(40, "female")).notch[1] < lying_woman < believe(nipples, fitted, MAN).notch[1]

@@ -1,8 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lubdub.geometry.surface import Surface
-from lubdub.judging.measures import chest_coverage, landmark_residual
+from lubdub.judging.measures import chest_coverage, chest_rise, landmark_residual
 from lubdub.results import LANDMARK_NAMES, Fit, Landmark
 from tests.bodies import hide_side, torso_scan
 from tests.scanned import clean_scan
@@ -25,6 +27,32 @@ def test_half_a_chest_is_half_a_coverage() -> None:
 def test_a_back_covers_nothing() -> None:
     back = hide_side(BODY, (0, 0, -1)).surface
     assert chest_coverage(clean_scan(back, -FRONT), PLACES, 1.0) == 0.0
+
+
+def marks(scale: float = 1.0) -> dict[str, Landmark]:
+    return {name: Landmark(place * scale, "given", 5.0) for name, place in BODY.landmarks.items()}
+
+
+def test_a_front_rises_below_the_notch_and_the_same_at_every_size() -> None:
+    rise = chest_rise(clean_scan(BODY.surface, FRONT), marks())
+    assert rise is not None
+    small = Surface(BODY.surface.vertices * 0.5, BODY.surface.triangles)
+    assert chest_rise(clean_scan(small, FRONT), marks(0.5)) == pytest.approx(rise, abs=0.02)
+
+
+def test_a_tilted_plane_rises_by_its_slope() -> None:
+    slope = 0.25
+    x, y = np.meshgrid(np.arange(-100.0, 101, 4), np.arange(-250.0, 101, 4))
+    plane = np.stack([x.ravel(), y.ravel(), -slope * y.ravel()], axis=1)
+    skin = replace(clean_scan(BODY.surface, FRONT), points=plane, normals=np.tile(FRONT, (len(plane), 1)))
+    bones = {"suprasternal_notch": np.zeros(3), "xiphisternum": np.array([0.0, -150.0, 0.0])}
+    given = {name: Landmark(place, "given", 5.0) for name, place in bones.items()}
+    assert chest_rise(skin, given) == pytest.approx(slope * 2 / 3, abs=0.01)
+
+
+def test_the_rise_is_unknown_without_both_bones() -> None:
+    one = {name: mark for name, mark in marks().items() if name != "xiphisternum"}
+    assert chest_rise(clean_scan(BODY.surface, FRONT), one) is None
 
 
 def fit_at(offset: np.ndarray) -> Fit:

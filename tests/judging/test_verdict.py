@@ -16,6 +16,7 @@ FINE = Evidence(
     landmarks=GIVEN,
     gaps_mm=dict.fromkeys(AREA_NAMES, 2.0),
     coverage=0.95,
+    rise=0.28,
     size=1.0,
 )
 
@@ -33,6 +34,7 @@ def test_a_good_scan_with_all_points_is_shown() -> None:
     [
         (replace(FINE, gaps_mm={**FINE.gaps_mm, "mitral": 30.0}), reasons.AREA_NOT_SCANNED),
         (replace(FINE, coverage=0.3), reasons.CHEST_NOT_IN_SCAN),
+        (replace(FINE, rise=0.1), reasons.LOOKS_LIKE_A_BACK),
         (measured(surface_residual_mm=14.0), reasons.FIT_FAILED),
         (measured(rule_disagreement_mm=80.0), reasons.STRONG_DISAGREEMENT),
         (replace(FINE, patient=Patient(30, "female", "sitting")), reasons.SITTING_WOMAN),
@@ -75,3 +77,15 @@ def test_a_child_is_judged_by_its_own_size() -> None:
 
 def test_a_warning_from_earlier_is_never_forgotten() -> None:
     assert judge(FINE, (reasons.ODD_SHAPE,)) == ("show_with_care", (reasons.ODD_SHAPE,))
+
+
+def test_a_flat_chest_is_shown_with_care_and_an_unknown_rise_says_nothing() -> None:
+    verdict, why = judge(replace(FINE, rise=0.14), ())
+    assert (verdict, why) == ("show_with_care", (reasons.FLAT_CHEST,))
+    assert judge(replace(FINE, rise=None), ())[0] == "show"
+
+
+def test_a_back_that_rises_a_little_but_fits_badly_is_shown_with_care() -> None:
+    badly = measured(surface_residual_mm=2.4)
+    assert judge(replace(badly, rise=0.19), ())[1] == (reasons.FLAT_CHEST,)
+    assert judge(replace(badly, rise=0.28), ())[0] == "show"

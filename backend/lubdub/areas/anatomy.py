@@ -102,10 +102,6 @@ def _childs_sternum_mm(age_years: float, sex: str | None) -> float:
     return {"male": boys, "female": girls}.get(sex or "", (boys + girls) / 2)
 
 
-STERNUM_SPREAD = 0.08
-"""One standard deviation of S around what size, age and sex let one expect, as a share of S."""
-
-
 def age_from_sternum(length_mm: float) -> float:
     """The age whose boys have this breastbone, for when nobody said the age; 18 for adult lengths."""
     return float(np.clip((length_mm - 60.408) / 5.616, 0.0, 18.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lubdub.results import CleanScan, Fit, Landmarks
+from lubdub.results import BONE_LANDMARKS, CleanScan, Fit, Landmarks
 
 
 def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
@@ -23,6 +23,28 @@ def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
         return 0.0
     distance = cKDTree(facing[:, :2]).query(grid.reshape(-1, 2))[0]
     return float(np.mean(distance < 12.0 * size))
+
+
+def chest_rise(scan: CleanScan, landmarks: Landmarks) -> float | None:
+    """How much the skin rises to the front from the notch to two thirds down the breastbone, in its lengths.
+
+    A front rises by 0.20 to 0.38 (60 simulated people, one real woman 0.36), a back clicked as if it were a front by
+    0.07 to 0.14. Depth is the median of the skin within 0.12 lengths. None without both bone points or skin there.
+    """
+    if not all(name in landmarks for name in BONE_LANDMARKS):
+        return None
+    notch, joint = (landmarks[name].position for name in BONE_LANDMARKS)
+    length = float(np.linalg.norm(notch - joint))
+    facing = scan.points[scan.normals[:, 2] > 0]
+    if length == 0 or not len(facing):
+        return None
+    depths = []
+    for place in (notch, notch + (joint - notch) * 2 / 3):
+        near = np.linalg.norm(facing[:, :2] - place[:2], axis=1) < 0.12 * length
+        if not near.any():
+            return None
+        depths.append(float(np.median(facing[near, 2])))
+    return (depths[1] - depths[0]) / length
 
 
 def landmark_residual(fit: Fit, landmarks: Landmarks) -> dict[str, float]:

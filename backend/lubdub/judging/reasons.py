@@ -79,3 +79,13 @@ PAPER_METHOD = Reason(
     "This method follows the skin only; it cannot see the ribs.",
     "Use the default method for a person; this one is for comparison.",
 )
+LOOKS_LIKE_A_BACK = Reason(
+    "looks_like_a_back",
+    "The marked side of the body looks like a back, not a chest.",
+    "Scan the front of the chest, from the neck to the belly button, and mark the points there.",
+)
+FLAT_CHEST = Reason(
+    "flat_chest",
+    "The chest is flatter below the neck than chests usually are.",
+    "Check that this is the front of the body, and that the two breastbone points are on the bone.",
+)

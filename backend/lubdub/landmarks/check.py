@@ -23,7 +23,9 @@ class LandmarkLimits:
 
     off_skin_mm: float = 30.0
     click_mm: float = 8.0
-    """How far a click may be off without being called unusual: in a baby that is a sixth of the breastbone."""
+    """How far off a click may be. The limits have room for that on an adult; on a baby it is a sixth of S, so the
+    `care` limits widen by what it is more."""
+    adult_mm: float = 150.0
     length_care: tuple[float, float] = (0.78, 1.25)
     length_refuse: tuple[float, float] = (0.6, 1.5)
     navel_care: tuple[float, float] = (1.75, 3.2)
@@ -51,7 +53,7 @@ def check_landmarks(
     length, warnings = _check_length(given, expected_length_mm, limits)
     if length is None:
         return warnings
-    worst = _worst(_shares(given, length), limits, limits.click_mm / length)
+    worst = _worst(_shares(given, length), limits, _slack(length, limits))
     if worst == "refuse":
         raise ScanRefused(reasons.LANDMARKS_IMPLAUSIBLE)
     return (*warnings, reasons.LANDMARKS_UNUSUAL) if worst == "care" else warnings
@@ -85,7 +87,7 @@ def _check_length(
         return length, ()
     if not limits.length_refuse[0] <= length / expected <= limits.length_refuse[1]:
         raise ScanRefused(reasons.BREASTBONE_IMPLAUSIBLE)
-    unusual = not _within(length / expected, limits.length_care, limits.click_mm / expected)
+    unusual = not _within(length / expected, limits.length_care, _slack(expected, limits))
     return length, (reasons.BREASTBONE_UNUSUAL,) if unusual else ()
 
 
@@ -101,6 +103,11 @@ def _shares(given: Mapping[LandmarkName, np.ndarray], length: float) -> list[tup
         if notch is not None:
             shares += [("nipple_below", float(notch[1] - given[n][1]) / length) for n in LANDMARK_NAMES[3:]]
     return shares
+
+
+def _slack(length: float, limits: LandmarkLimits) -> float:
+    """By how much a click's error is a larger share of this breastbone than of an adult's."""
+    return max(0.0, limits.click_mm / length - limits.click_mm / limits.adult_mm)
 
 
 def _within(share: float, limits: tuple[float, float], slack: float) -> bool:
