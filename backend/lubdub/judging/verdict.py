@@ -28,8 +28,8 @@ class Gates:
     rise_care: float = 0.15
     rise_care_per_residual: float = 0.10
     """Rise of the chest from the notch downwards, see `measures.chest_rise`, and by how much more it must be for each
-    mm of skin residual, up to `residual_trusted_mm`: a back clicked as a front rises less (0.07-0.19) and fits worse (1.3-2.7 mm) than a front
-    (0.15-0.38, 0.8-2.2 mm). Together they told 20 of 20 backs from 35 of 35 fronts."""
+    mm of skin residual, up to `residual_trusted_mm`: a back clicked as a front rises less (0.07-0.19) and fits worse
+    (1.3-2.7 mm) than a front (0.15-0.38, 0.8-2.2 mm). Together they told 20 of 20 backs from 35 of 35 fronts."""
     residual_trusted_mm: float = 2.5
     coverage_refuse: float = 0.45
     coverage_care: float = 0.7
