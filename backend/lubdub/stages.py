@@ -135,9 +135,11 @@ def understand(laid: Laid, patient: Patient, method: MethodName, library: Librar
     given = {name: _mark(name, place, laid.by_sticker) for name, place in laid.given.items()}
     if method != "lubdub" and all(name in given for name in NEEDED[method]):
         return Chest(laid.scan, given, patient, _age(patient, given, None))
-    pulls = _pulls(laid.given, patient)
+    # Bone clicks do not pull the body: skin and clicks are then two witnesses who have not heard each other.
+    seen = {name: place for name, place in laid.given.items() if name not in BONE_LANDMARKS}
+    start = _from_above(laid.start, seen)
     sternum = _expected_sternum(patient)
-    pose, fit = fit_shape(Target.of(laid.scan), pulls, library.basis, _from_above(laid), sternum=sternum)
+    pose, fit = fit_shape(Target.of(laid.scan), _pulls(seen, patient), library.basis, start, sternum=sternum)
     move = _straighten(pose, fit, laid.given)
     scan, fit = laid.scan.moved(move), fit.moved(move)
     moved = {name: replace(mark, position=move.apply(mark.position)) for name, mark in given.items()}
@@ -145,17 +147,17 @@ def understand(laid: Laid, patient: Patient, method: MethodName, library: Librar
     return Chest(scan, landmarks, patient, _age(patient, moved, fit), fit)
 
 
-def _from_above(laid: Laid) -> Pose:
-    """Where to start: as laid, but larger when landmarks without both bones set the size, about their middle.
+def _from_above(start: Pose, seen: Mapping[LandmarkName, np.ndarray]) -> Pose:
+    """A larger start about the middle of the landmarks seen on the skin; as it is without any.
 
     A fit slides along smooth skin with friction: from below it stays too small and misses neck and shoulders.
     """
-    if not laid.given or all(name in laid.given for name in BONE_LANDMARKS):
-        return laid.start
-    middle = np.mean(list(laid.given.values()), axis=0)
-    old, size = laid.start.body_from_basis, SETTINGS.start_larger
+    if not seen:
+        return start
+    middle = np.mean(list(seen.values()), axis=0)
+    old, size = start.body_from_basis, SETTINGS.start_larger
     grown = Similarity(size * old.scale, old.rotation, middle + size * (old.translation - middle))
-    return Pose(grown, laid.start.coefficients)
+    return Pose(grown, start.coefficients)
 
 
 def _expected_sternum(patient: Patient) -> Span | None:

@@ -37,8 +37,9 @@ from typing import Any
 import numpy as np
 
 from lubdub.geometry.anchors import anchored
-from lubdub.geometry.surface import Surface
-from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Patient
+from lubdub.geometry.surface import Surface, carry
+from lubdub.library.load import load_library
+from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Patient, ShapeBasis
 from references.make.anatomy import drop_on_skin
 from references.make.body import Workshop
 from references.make.cameras import SCANNERS, Scene, Shot
@@ -121,7 +122,18 @@ def draw_person(seed: int, number: int) -> tuple[Subject, Person]:
     group = group_of(number)
     phenotype = _phenotype(random, group)
     subject = draw_subject(workshop(), random, phenotype, lying=draw_lying(random))
+    landmarks, areas = marks_on(subject.whole[workshop().torso.indices], load_library().basis)
+    subject = replace(subject, mesh_bones=landmarks[:2], mesh_areas=areas)
     return subject, Person(f"{group.name} {number}", group.name)
+
+
+def marks_on(vertices: np.ndarray, basis: ShapeBasis) -> tuple[np.ndarray, np.ndarray]:
+    """(5, 3) landmarks and (4, 3) areas of the average body on any body (n, 3) of the shared topology.
+
+    The truth for a registration alone: what the mesh carries, whatever the bones under the skin do.
+    """
+    landmarks = carry(basis.landmark_weights, basis.landmark_corners, vertices)
+    return landmarks, carry(basis.area_weights[0], basis.area_corners[0], vertices)
 
 
 def _phenotype(random: np.random.Generator, group: Group) -> Phenotype:

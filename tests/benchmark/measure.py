@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lubdub.geometry.surface import carry
 from lubdub.pipeline import Request, locate
 from lubdub.report.result_json import result_json
-from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, LandmarkName, Library, MethodName, Patient
+from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, LandmarkName, Library, MethodName, Outcome, Patient
 from tests.benchmark.experiment import Cell, Row, Table
 
 Points = Mapping[str, np.ndarray]
@@ -75,11 +76,11 @@ def run_on(case: Case, run: Run, library: Library) -> Row:
     row["verdict"] = outcome.verdict
     row |= {"reasons": " ".join(reason.code for reason in outcome.reasons), "seconds": round(seconds, 4)}
     found = result_json(outcome)
+    carried = _carried(outcome, library) if run.carried else {}
     for name, area in found.get("areas", {}).items():
         place, truth = np.array(area["position"]), case.areas[name]
-        if run.carried and outcome.fit and outcome.scan:
-            place = outcome.scan.body_from_file.inverse().apply(outcome.fit.areas[name])
-            truth = case.mesh_areas[name]
+        if run.carried:
+            place, truth = carried[name], case.mesh_areas[name]
         row[f"{name}_mm"] = round(float(np.linalg.norm(place - truth)) * case.mm_per_unit, 3)
         row[f"{name}_radius_mm"] = area["radius_mm"]
     for name, mark in found.get("landmarks", {}).items():
@@ -87,6 +88,15 @@ def run_on(case: Case, run: Run, library: Library) -> Row:
             gap = float(np.linalg.norm(np.array(mark["position"]) - case.landmarks[name])) * case.mm_per_unit
             row[f"{name}_off_mm"] = round(gap, 3)
     return row
+
+
+def _carried(outcome: Outcome, library: Library) -> dict[AreaName, np.ndarray]:
+    """Where the registered body itself carries the average body's areas, in the file; empty when refused."""
+    if outcome.fit is None or outcome.scan is None:
+        return {}
+    basis = library.basis
+    areas = carry(basis.area_weights[0], basis.area_corners[0], outcome.fit.surface.vertices)
+    return dict(zip(AREA_NAMES, outcome.scan.body_from_file.inverse().apply(areas), strict=True))
 
 
 def errors_of(rows: Sequence[Row]) -> np.ndarray:

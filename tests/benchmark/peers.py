@@ -28,7 +28,7 @@ from lubdub.fitting.schedule import FAITHFUL
 from lubdub.geometry.anchors import anchored
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.rigid import best_rigid
-from lubdub.geometry.surface import Surface, carry
+from lubdub.geometry.surface import Surface
 from lubdub.library.choose import choose
 from lubdub.library.load import load_library
 from lubdub.methods import Chest
@@ -36,8 +36,7 @@ from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, Library, Refere
 from lubdub.scans.clean import clean
 from lubdub.scans.read import read_scan
 from lubdub.scans.units import find_unit
-from references.make.cameras import SCANNERS
-from tests.benchmark.cohort import case_of, draw_person, group_of, lay, scanner_of, workshop
+from tests.benchmark.cohort import cohort_case, group_of, marks_on
 from tests.benchmark.experiment import Cell, Experiment, Report, Row, Table, Unit
 from tests.benchmark.measure import Case
 
@@ -79,23 +78,6 @@ def _marked(reference: Reference, basis: ShapeBasis) -> Reference:
     landmarks, areas = marks_on(reference.surface.vertices, basis)
     named = dict(zip(LANDMARK_NAMES, landmarks, strict=True)), dict(zip(AREA_NAMES, areas, strict=True))
     return replace(reference, landmarks=named[0], areas=named[1])
-
-
-def marks_on(vertices: np.ndarray, basis: ShapeBasis) -> tuple[np.ndarray, np.ndarray]:
-    """(5, 3) landmarks and (4, 3) areas of the average body on any body (n, 3) of the shared topology."""
-    landmarks = carry(basis.landmark_weights, basis.landmark_corners, vertices)
-    return landmarks, carry(basis.area_weights[0], basis.area_corners[0], vertices)
-
-
-def person_with_marks(seed: int, number: int, basis: ShapeBasis) -> Case:
-    """One of the cohort's people and scans, the mesh's truth being the marks of the shared topology."""
-    subject, person = draw_person(seed, number)
-    landmarks, areas = marks_on(subject.whole[workshop().torso.indices], basis)
-    subject = replace(subject, mesh_bones=landmarks[:2], mesh_areas=areas)
-    random = np.random.default_rng([seed, number, 1])
-    scene, places = lay(subject, random)
-    used = scanner_of(number)
-    return case_of(person, used, subject, SCANNERS[used](scene, random), places)
 
 
 def by_lubdub(ground: Ground, vertices: int) -> Places:
@@ -158,7 +140,7 @@ SOURCE_VERTICES = 25_000
 @functools.lru_cache(maxsize=1)
 def _ground(seed: int, number: int) -> Ground:
     library = load_library()
-    return ground_of(person_with_marks(seed, number, library.basis), library)
+    return ground_of(cohort_case(seed, number), library)
 
 
 def measured(make: Callable[[], Ground], name: str, vertices: int) -> list[Row]:

@@ -34,9 +34,9 @@ def test_a_good_scan_with_all_points_is_shown() -> None:
     [
         (replace(FINE, gaps_mm={**FINE.gaps_mm, "mitral": 30.0}), reasons.AREA_NOT_SCANNED),
         (replace(FINE, coverage=0.3), reasons.CHEST_NOT_IN_SCAN),
-        (replace(FINE, rise=0.1), reasons.LOOKS_LIKE_A_BACK),
+        (replace(FINE, rise=0.07), reasons.LOOKS_LIKE_A_BACK),
         (measured(surface_residual_mm=14.0), reasons.FIT_FAILED),
-        (measured(rule_disagreement_mm=80.0), reasons.STRONG_DISAGREEMENT),
+        (measured(rule_disagreement_mm=95.0), reasons.STRONG_DISAGREEMENT),
         (replace(FINE, patient=Patient(30, "female", "sitting")), reasons.SITTING_WOMAN),
     ],
     ids=lambda value: getattr(value, "code", "evidence"),
@@ -55,12 +55,12 @@ def test_what_makes_us_refuse(evidence: Evidence, reason: object) -> None:
             replace(FINE, landmarks={**GIVEN, "xiphisternum": SUGGESTED["xiphisternum"]}),
             reasons.BONES_NOT_GIVEN,
         ),
-        (measured(rule_disagreement_mm=30.0), reasons.DISAGREEMENT),
+        (measured(rule_disagreement_mm=65.0), reasons.DISAGREEMENT),
         (replace(FINE, patient=Patient(None, "male")), reasons.AGE_MISSING),
         (replace(FINE, patient=Patient(6, "female", "sitting")), reasons.SITTING),
         (replace(FINE, coverage=0.6), reasons.THIN_COVERAGE),
         (measured(surface_residual_mm=7.0), reasons.ROUGH_SURFACE),
-        (measured(strangeness=1.8), reasons.ODD_SHAPE),
+        (measured(strangeness=0.9), reasons.ODD_SHAPE),
         (replace(FINE, method="paper"), reasons.PAPER_METHOD),
     ],
     ids=lambda value: getattr(value, "code", "evidence"),
@@ -80,7 +80,7 @@ def test_a_warning_from_earlier_is_never_forgotten() -> None:
 
 
 def test_a_flat_chest_is_shown_with_care_and_an_unknown_rise_says_nothing() -> None:
-    verdict, why = judge(replace(FINE, rise=0.14), ())
+    verdict, why = judge(replace(FINE, rise=0.12), ())
     assert (verdict, why) == ("show_with_care", (reasons.FLAT_CHEST,))
     assert judge(replace(FINE, rise=None), ())[0] == "show"
 

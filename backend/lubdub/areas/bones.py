@@ -17,10 +17,10 @@ class BoneSettings:
 
     fitted_across_mm: float = 3.0
     """The midline of a fitted body: symmetric skin fixes it to 2 mm on simulated people, none of them bent."""
-    fitted_along_share: float = 0.11
+    fitted_along_share: float = 0.10
     """Height of a fitted bone point, in shares of the breastbone's length: 0.1 on simulated people, mostly what skin
     cannot know of bones."""
-    fitted_along_breasts_share: float = 0.13
+    fitted_along_breasts_share: float = 0.12
     """The same in women after puberty (a real woman from CT: 5-25 mm for S = 145)."""
 
 

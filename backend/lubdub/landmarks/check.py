@@ -26,14 +26,14 @@ class LandmarkLimits:
     """How far off a click may be. The limits have room for that on an adult; on a baby it is a sixth of S, so the
     `care` limits widen by what it is more."""
     adult_mm: float = 150.0
-    length_care: tuple[float, float] = (0.78, 1.25)
+    length_care: tuple[float, float] = (0.74, 1.28)
     length_refuse: tuple[float, float] = (0.6, 1.5)
-    navel_care: tuple[float, float] = (1.75, 3.2)
+    navel_care: tuple[float, float] = (1.65, 3.5)
     navel_refuse: tuple[float, float] = (1.3, 4.2)
-    nipple_aside_care: tuple[float, float] = (0.33, 1.15)
+    nipple_aside_care: tuple[float, float] = (0.33, 1.2)
     """Lying women with large breasts reach 0.9."""
     nipple_aside_refuse: tuple[float, float] = (0.15, 1.4)
-    nipple_below_care: tuple[float, float] = (0.5, 1.5)
+    nipple_below_care: tuple[float, float] = (0.45, 1.6)
     nipple_below_refuse: tuple[float, float] = (0.2, 2.0)
 
 
