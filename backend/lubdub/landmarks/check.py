@@ -26,7 +26,7 @@ class LandmarkLimits:
     """How far off a click may be. The limits have room for that on an adult; on a baby it is a sixth of S, so the
     `care` limits widen by what it is more."""
     adult_mm: float = 150.0
-    length_care: tuple[float, float] = (0.7, 1.32)
+    length_care: tuple[float, float] = (0.72, 1.28)
     length_refuse: tuple[float, float] = (0.6, 1.5)
     navel_care: tuple[float, float] = (1.65, 3.5)
     navel_refuse: tuple[float, float] = (1.3, 4.2)
