@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.benchmark import accuracy, damaged, paper_tables, repeat, stickers
+from tests.benchmark.calibration import CALIBRATION
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.peers import PEERS_EXPERIMENT
 from tests.benchmark.runner import run_experiment
@@ -20,6 +21,7 @@ from tests.benchmark.speed import SPEED
 EXPERIMENTS: tuple[Experiment, ...] = (
     accuracy.DEMO,
     accuracy.COHORT,
+    CALIBRATION,
     damaged.DAMAGED,
     paper_tables.PAPER,
     repeat.REPEAT,
