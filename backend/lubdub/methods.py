@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lubdub.areas.anatomy import sternum_length_mm
 from lubdub.areas.bones import believe
 from lubdub.areas.rule import Breastbone, distance_mm, place_areas
 from lubdub.fitting.paper import fit_paper
@@ -79,6 +80,7 @@ def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
         "surface_residual_mm": chest.fit.surface_residual_mm,
         "strangeness": chest.fit.strangeness,
         "sternum_mm": bone.length_mm,
+        **_against_age(bone, chest.patient),
         "rule_disagreement_mm": _disagreement(areas, chest.fit, chest.age_years),
         "spread_mm": _spread_mm(areas, chest.overlay.areas),
         **landmark_residual(chest.fit, chest.landmarks),
@@ -101,6 +103,13 @@ def _disagreement(areas: Mapping[AreaName, Estimate], fit: Fit, age_years: float
     zero = np.zeros(2)
     own = Breastbone(fit.landmarks["suprasternal_notch"], fit.landmarks["xiphisternum"], zero, zero)
     return distance_mm(_positions(areas), _positions(place_areas(own, age_years)))
+
+
+def _against_age(bone: Breastbone, patient: Patient) -> dict[str, float]:
+    """`sternum_of_expected`: the breastbone's length over the one that age and sex let one expect."""
+    if patient.age_years is None:
+        return {}
+    return {"sternum_of_expected": bone.length_mm / sternum_length_mm(patient.age_years, patient.sex)}
 
 
 def _against_rule(chest: Chest, areas: Mapping[AreaName, np.ndarray]) -> dict[str, float]:

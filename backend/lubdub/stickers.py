@@ -16,6 +16,7 @@ from lubdub.geometry.frames import MM_PER_UNIT
 from lubdub.geometry.stickers import BONES, SeenSticker, StickerProof
 from lubdub.geometry.surface import Surface
 from lubdub.landmarks import sticker_reasons
+from lubdub.landmarks.reasons import UPSIDE_DOWN
 from lubdub.landmarks.stickers import find_stickers
 from lubdub.results import CleanScan, LandmarkName, RawScan, Reason, ScanRefused, ShapeBasis, Unit
 from lubdub.scans.clean import clean
@@ -76,19 +77,20 @@ def prepare(raw: RawScan, unit_given: str | None, clicked: Mapping[LandmarkName,
 
 
 def check_order(ready: Prepared, basis: ShapeBasis) -> Prepared:
-    """Whether the body lies as its stickers say, when nothing else is marked that would show them swapped.
+    """Whether the body lies as its two bone points say, when nothing else is marked that would show them swapped.
 
     Raises ScanRefused when the scan's shape clearly has its head at the other end, warns when it seems so.
     """
-    if ready.by_sticker != set(BONES) or set(ready.marked) != set(BONES):
+    if set(ready.marked) != set(BONES):
         return ready
     notch, end = (ready.scan.body_from_file.apply(ready.marked[bone]) for bone in BONES)
     found = find_pose(ready.scan, basis)
     if found.pose.body_from_basis.rotation[:, 1] @ (notch - end) > 0:
         return ready
+    reason = sticker_reasons.SWAPPED if ready.by_sticker == set(BONES) else UPSIDE_DOWN
     if found.margin > GATES.order_margin:
-        raise ScanRefused(sticker_reasons.SWAPPED)
-    return replace(ready, warnings=(*ready.warnings, sticker_reasons.SWAPPED))
+        raise ScanRefused(reason)
+    return replace(ready, warnings=(*ready.warnings, reason))
 
 
 def _seen(raw: RawScan, colouring: Colouring, scan: CleanScan) -> tuple[SeenSticker, ...]:

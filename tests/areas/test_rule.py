@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lubdub.areas.rule import Breastbone, distance_mm, place_areas, region_radius_mm
+from lubdub.areas.rule import Breastbone, distance_mm, place_areas, region_radius_mm, sigma_on_skin
 
 
 def breastbone(length: float = 150.0, sigma: float = 5.0) -> Breastbone:
@@ -57,3 +57,15 @@ def test_the_distance_between_two_answers_is_that_of_their_worst_area() -> None:
     first = {name: estimate.position for name, estimate in place_areas(breastbone(), 40).items()}
     second = {**first, "mitral": first["mitral"] + [3.0, 4.0, 100.0]}
     assert distance_mm(first, second) == pytest.approx(5.0)
+
+
+def test_a_region_on_sloping_skin_is_as_long_as_the_slope_makes_it() -> None:
+    flat = sigma_on_skin(np.array([4.0, 6.0]), np.array([0.0, 0.0, 1.0]))
+    assert np.allclose(np.sort(flat), [4.0, 6.0])
+    half = np.sqrt(0.5)
+    assert np.allclose(np.sort(sigma_on_skin(np.array([4.0, 6.0]), np.array([half, 0.0, half]))), [4 / half, 6.0])
+
+
+def test_a_region_on_skin_seen_from_the_side_does_not_grow_without_end() -> None:
+    side = sigma_on_skin(np.array([4.0, 6.0]), np.array([1.0, 0.0, 0.0]))
+    assert side.max() < 4.0 * 3

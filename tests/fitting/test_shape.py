@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from lubdub.fitting.refine import refine
-from lubdub.fitting.shape import Pose, Pull, Target, fit_shape, start_pose
+from lubdub.fitting.shape import Pose, Pull, Span, Target, carried, fit_shape, start_pose
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, carry
 from lubdub.library.load import load_library
-from lubdub.results import LANDMARK_NAMES, Library
+from lubdub.results import LANDMARK_NAMES, Fit, Library
 from tests.scanned import clean_scan
 
 FRONT = np.array([0.0, 0.0, 1.0])
@@ -98,3 +98,32 @@ def test_the_refinement_brings_the_body_closer_to_skin_and_clicks() -> None:
 
     assert gap(finer.surface) < gap(fit.surface)
     assert np.linalg.norm(finer.landmarks["navel"] - reference.landmarks["navel"]) < 3
+
+
+def sternum_mm(fit: Fit) -> float:
+    return float(np.linalg.norm(fit.landmarks["suprasternal_notch"] - fit.landmarks["xiphisternum"]))
+
+
+def test_an_expected_breastbone_draws_the_body_towards_its_length() -> None:
+    reference = library().references[20]
+    target = Target.of(clean_scan(reference.surface, FRONT, count=3000))
+    _, free = fit_shape(target, {}, library().basis, start())
+    for length in (0.8 * sternum_mm(free), 1.2 * sternum_mm(free)):
+        _, drawn = fit_shape(target, {}, library().basis, start(), sternum=Span(length, 3.0))
+        assert abs(sternum_mm(drawn) - length) < abs(sternum_mm(free) - length)
+
+
+def test_the_surprise_of_a_breastbone_grows_with_the_square() -> None:
+    basis = library().basis
+    body = carried(Surface(basis.mean, basis.triangles), basis)
+    length = sternum_mm(body)
+    assert Span(length, 10.0).surprise(body) == pytest.approx(0.0)
+    assert Span(length + 20.0, 10.0).surprise(body) == pytest.approx(4.0)
+
+
+def test_a_childs_mitral_area_is_carried_between_the_infants_and_the_adults() -> None:
+    basis = library().basis
+    body = Surface(basis.mean, basis.triangles)
+    infant, child, adult = (carried(body, basis, share).areas["mitral"] for share in (1.0, 0.25, 0.0))
+    assert np.allclose(child, 0.25 * infant + 0.75 * adult)
+    assert infant[1] > adult[1]

@@ -126,3 +126,9 @@ def test_a_demo_scan_comes_with_clicks_near_the_truth(name: str) -> None:
         error = np.linalg.norm(np.subtract(place, clicks[landmark])) * truth["mm_per_unit"]
         assert error < 15
     assert max(file.stat().st_size for file in folder.iterdir()) <= 2_500_000
+
+
+@each_reference
+def test_the_notch_is_as_far_above_the_navel_in_girls_as_in_boys(reference: Reference) -> None:
+    stature = reference.card["recipe"]["stature_mm"]
+    assert 0.185 < -reference.landmarks["navel"][1] / stature < 0.215

@@ -49,6 +49,11 @@ AGE_MISSING = Reason(
     "The age was not said. The place for the mitral sound moves as a child grows.",
     "Say the age and run again.",
 )
+AGE_AND_SIZE = Reason(
+    "age_and_size",
+    "The body is unusually large or small for the age that was said.",
+    "Check the age, in years and months for a small child, and the unit of the scan.",
+)
 SITTING = Reason(
     "posture_sitting",
     "The reference bodies lie on their backs; sitting moves the skin over the ribs.",

@@ -37,6 +37,8 @@ class Gates:
     residual_care_mm: float = 5.0
     residual_refuse_mm: float = 12.0
     """Skin residual: 1.0-1.5 mm on real anatomies, 3 mm with a coarse phone mesh."""
+    sternum_of_expected_care: tuple[float, float] = (0.7, 1.35)
+    """Breastbone over what the age lets one expect: people differ by 8 %, clicks by 6 %."""
     strangeness_care: float = 0.8
     """Root mean square coefficient: 0.3-0.6 in simulated people, 0.5 in a real woman from CT."""
     disagreement_care_mm: float = 60.0
@@ -99,6 +101,7 @@ def _cares(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
         (_flatter_than(evidence, _least_rise(measures, gates)), reasons.FLAT_CHEST),
         (_disagree(measures, gates, size), reasons.DISAGREEMENT),
         (patient.age_years is None, reasons.AGE_MISSING),
+        (_odd_for_age(measures, gates), reasons.AGE_AND_SIZE),
         (patient.posture == "sitting" and not _is_sitting_woman(patient), reasons.SITTING),
         (evidence.coverage < gates.coverage_care, reasons.THIN_COVERAGE),
         (measures.get("surface_residual_mm", 0.0) > gates.residual_care_mm * size, reasons.ROUGH_SURFACE),
@@ -115,6 +118,11 @@ def _flatter_than(evidence: Evidence, limit: float) -> bool:
 def _least_rise(measures: Mapping[str, float], gates: Gates) -> float:
     residual = min(measures.get("surface_residual_mm", 0.0), gates.residual_trusted_mm)
     return max(gates.rise_care, gates.rise_care_per_residual * residual)
+
+
+def _odd_for_age(measures: Mapping[str, float], gates: Gates) -> bool:
+    low, high = gates.sternum_of_expected_care
+    return not low <= measures.get("sternum_of_expected", 1.0) <= high
 
 
 def _disagree(measures: Mapping[str, float], gates: Gates, size: float) -> bool:
