@@ -97,7 +97,7 @@ def machine(tmp_path: Path) -> Machine:
     for folder in (home / "frontend", home / "backend", tools):
         folder.mkdir(parents=True)
     shutil.copy(ROOT / "lubdub", home)
-    for name in ("", "-build", "-solver", "-dev", "-node", "-compiler"):
+    for name in ("", "-build", "-solver", "-benchmark", "-dev", "-node", "-compiler"):
         (home / f"requirements{name}.txt").write_text(f"things{name}==1\n")
     (home / "frontend" / "package-lock.json").write_text("{}")
     for name in REAL_TOOLS:
@@ -124,6 +124,15 @@ def test_the_first_start_sets_up_and_hands_over(machine: Machine) -> None:
         "requirements-solver.txt",
     ]
     assert machine.calls("npm") == []
+
+
+def test_a_benchmark_installs_what_only_experiments_need_and_other_commands_do_not(machine: Machine) -> None:
+    machine.run("locate")
+    assert machine.calls("requirements-benchmark.txt") == []
+    code, out, _ = machine.run("benchmark", "cohort")
+    assert code == 0
+    assert "<cohort>" in out
+    assert len(machine.calls("requirements-benchmark.txt")) == 1
 
 
 def test_the_second_start_hands_over_at_once(machine: Machine) -> None:

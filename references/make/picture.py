@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from lubdub.geometry.one_thread import one_threaded_open3d
+
 VIEWS = {
     "front": (np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), np.array([0, 0, 1.0])),
     "left": (np.array([0, 0, -1.0]), np.array([0, 1.0, 0]), np.array([1.0, 0, 0])),
@@ -17,7 +19,7 @@ def shade(
     vertices: np.ndarray, triangles: np.ndarray, points: np.ndarray, view: str = "front", size: int = 360
 ) -> np.ndarray:
     """(size, size, 3) uint8: the mesh in parallel projection with dots on it. points: (k, 3)."""
-    import open3d
+    open3d = one_threaded_open3d()
 
     right, up, towards = VIEWS[view]
     centre, span = (vertices.max(0) + vertices.min(0)) / 2, 1.05 * np.ptp(vertices, axis=0).max()

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, maximum_filter, minimum_filter
 
 from lubdub.geometry.frames import Similarity
+from lubdub.geometry.one_thread import one_threaded_open3d
 from lubdub.geometry.surface import Surface, cloud, unit
 
 
@@ -64,7 +65,7 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 def smooth_skin(surface: Surface) -> Surface:
     """One step of Loop subdivision: real skin has no facets. A frayed rim, of which Open3D warns, does no harm."""
-    import open3d
+    open3d = one_threaded_open3d()
 
     mesh = open3d.geometry.TriangleMesh(
         open3d.utility.Vector3dVector(surface.vertices), open3d.utility.Vector3iVector(surface.triangles)
@@ -78,7 +79,7 @@ class Stage:
     """A scene ready to be looked at from many places."""
 
     def __init__(self, scene: Surface) -> None:
-        import open3d
+        open3d = one_threaded_open3d()
 
         self._caster = open3d.t.geometry.RaycastingScene(nthreads=1)
         self._caster.add_triangles(scene.vertices.astype(np.float32), scene.triangles.astype(np.uint32))
@@ -166,7 +167,7 @@ def simulate_phone_mesh(
     scene: Surface | Stage, centre: np.ndarray, random: np.random.Generator, settings: PhoneSettings | None = None
 ) -> Surface:
     """The fused mesh, mm, body frame. centre: (3,) what the phone is pointed at."""
-    import open3d
+    open3d = one_threaded_open3d()
 
     settings = settings or PhoneSettings()
     stage = scene if isinstance(scene, Stage) else Stage(scene)
@@ -191,7 +192,7 @@ def simulate_phone_mesh(
 def _integrate(
     volume: object, scene: Stage, camera: Camera, random: np.random.Generator, settings: PhoneSettings
 ) -> None:
-    import open3d
+    open3d = one_threaded_open3d()
 
     distance, rays = depth_image(scene, camera, random, settings.frame_noise)
     depth = np.nan_to_num(distance * (rays @ camera.axes[2])).astype(np.float32)

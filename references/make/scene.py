@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter, grey_closing, maximum_filter
 
+from lubdub.geometry.one_thread import one_threaded_open3d
 from lubdub.geometry.surface import Surface
 
 
@@ -65,7 +66,7 @@ def soft_toy(centre: np.ndarray, radius: float) -> Surface:
 
 def _top(surface: Surface, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """(len(y), len(x)) height of the highest surface over a grid; its lowest point where there is none."""
-    import open3d
+    open3d = one_threaded_open3d()
 
     caster = open3d.t.geometry.RaycastingScene(nthreads=1)
     caster.add_triangles(surface.vertices.astype(np.float32), surface.triangles.astype(np.uint32))
