@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from lubdub.fitting.refine import refine
-from lubdub.fitting.shape import Pose, Pull, Span, Target, carried, fit_shape, start_pose
+from lubdub.fitting.shape import Pose, Pull, Span, Target, carried, fit_shape, start_pose, sternum_mm
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, carry
 from lubdub.library.load import load_library
-from lubdub.results import LANDMARK_NAMES, Fit, Library
+from lubdub.results import LANDMARK_NAMES, Library
 from tests.scanned import clean_scan
 
 FRONT = np.array([0.0, 0.0, 1.0])
@@ -98,10 +98,6 @@ def test_the_refinement_brings_the_body_closer_to_skin_and_clicks() -> None:
 
     assert gap(finer.surface) < gap(fit.surface)
     assert np.linalg.norm(finer.landmarks["navel"] - reference.landmarks["navel"]) < 3
-
-
-def sternum_mm(fit: Fit) -> float:
-    return float(np.linalg.norm(fit.landmarks["suprasternal_notch"] - fit.landmarks["xiphisternum"]))
 
 
 def test_an_expected_breastbone_draws_the_body_towards_its_length() -> None:

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lubdub.fitting.misfit import misfit_mm
-from lubdub.fitting.shape import Pose, ShapeFitSettings, Span, Target, fit_shape, start_pose
+from lubdub.fitting.shape import Pose, ShapeFitSettings, Span, Target, carried, fit_shape, start_pose, sternum_mm
 from lubdub.geometry.frames import Similarity
-from lubdub.geometry.surface import vertex_normals
+from lubdub.geometry.surface import Surface, vertex_normals
 from lubdub.results import CleanScan, Fit, ShapeBasis
 
 
@@ -25,6 +25,8 @@ class PoseSettings:
     scan_points: int = 3000
     sizes: tuple[float, ...] = (0.8, 1.1)
     """Starts for the body's size, as a multiple of what the scan's spread suggests."""
+    expected_sizes: tuple[float, ...] = (1.0, 1.25)
+    """The same as a multiple of what the expected breastbone suggests: a phone's scan of a baby shows much bed."""
     kept: int = 3
     """How many of the rough fits are fitted fully."""
     rough: ShapeFitSettings = field(
@@ -42,7 +44,7 @@ class PoseSettings:
 class PoseFound:
     """The best pose and its fit; margin: how much better it explains the scan than any other turn (0: not).
 
-    misfit_mm: what the fit leaves unexplained, see `shape.misfit_mm`.
+    misfit_mm: what the fit leaves unexplained, see `misfit`, more for an unexpected size.
     """
 
     pose: Pose
@@ -63,7 +65,7 @@ def find_pose(
     target = _thinned(scan, settings)
     coarse = _coarse(basis)
     rough = []
-    for start in _starts(target, basis, settings):
+    for start in _starts(target, basis, settings, sternum):
         pose, fit = fit_shape(target, {}, coarse, start, settings.rough, sternum)
         rough.append((scored(misfit_mm(pose, coarse, target, 15.0), fit), pose))
     rough.sort(key=lambda pair: pair[0])
@@ -71,8 +73,8 @@ def find_pose(
     full = []
     for score, pose in _distinct(rough)[: settings.kept]:
         final, fit = fit_shape(target, {}, basis, pose, settings.full, sternum)
-        misfit = misfit_mm(final, basis, target, 10.0)
-        full.append((score + scored(misfit, fit), final, fit, misfit))
+        misfit = scored(misfit_mm(final, basis, target, 10.0), fit)
+        full.append((score + misfit, final, fit, misfit))
     full.sort(key=lambda end: end[0])
     best = full[0]
     others = [score for score, pose, *_ in full[1:] if _turn_between(pose, best[1]) > 0.6]
@@ -95,18 +97,22 @@ def _coarse(basis: ShapeBasis) -> ShapeBasis:
     return replace(basis, data_weight=weight)
 
 
-def _starts(target: Target, basis: ShapeBasis, settings: PoseSettings) -> list[Pose]:
-    """All proper turns of the scan's principal axes, at two sizes."""
+def _starts(target: Target, basis: ShapeBasis, settings: PoseSettings, sternum: Span | None) -> list[Pose]:
+    """All proper turns of the scan's principal axes, at a few sizes."""
     centre = target.points.mean(axis=0)
     spread = target.points - centre
     axes = np.linalg.svd(spread, full_matrices=False)[2]
     trunk = basis.mean[basis.data_weight > 0.5]
     ratio = float(np.linalg.norm(spread, axis=1).mean() / np.linalg.norm(trunk - trunk.mean(0), axis=1).mean())
-    poses = []
-    for size, rotation in itertools.product(settings.sizes, _proper_turns(axes)):
-        scale = ratio * size
-        front = trunk[vertex_normals(basis.mean, basis.triangles)[basis.data_weight > 0.5][:, 2] > 0].mean(axis=0)
-        poses.append(start_pose(Similarity(scale, rotation, centre - scale * rotation @ front), basis))
+    scales = [ratio * size for size in settings.sizes]
+    if sternum is not None:
+        mean = carried(Surface(basis.mean, basis.triangles), basis)
+        scales += [sternum.length_mm / sternum_mm(mean) * size for size in settings.expected_sizes]
+    front = trunk[vertex_normals(basis.mean, basis.triangles)[basis.data_weight > 0.5][:, 2] > 0].mean(axis=0)
+    poses = [
+        start_pose(Similarity(scale, rotation, centre - scale * rotation @ front), basis)
+        for scale, rotation in itertools.product(scales, _proper_turns(axes))
+    ]
     return [pose for pose in poses if _faces_the_scanned_side(pose, target)]
 
 

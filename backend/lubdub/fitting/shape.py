@@ -76,8 +76,7 @@ class Span:
 
     def surprise(self, fit: Fit) -> float:
         """The squared distance, in standard deviations, of a fitted breastbone's length from this one."""
-        length = float(np.linalg.norm(fit.landmarks["suprasternal_notch"] - fit.landmarks["xiphisternum"]))
-        return ((length - self.length_mm) / self.sigma_mm) ** 2
+        return ((sternum_mm(fit) - self.length_mm) / self.sigma_mm) ** 2
 
 
 @dataclass(frozen=True)
@@ -282,3 +281,9 @@ def carried(body: Surface, basis: ShapeBasis, infant: float = 0.0) -> Fit:
         matched_share=0.0,
         strangeness=0.0,
     )
+
+
+def sternum_mm(fit: Fit) -> float:
+    """Length of the body's breastbone."""
+    notch, joint = (fit.landmarks[name] for name in BONE_LANDMARKS)
+    return float(np.linalg.norm(notch - joint))
