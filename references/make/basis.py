@@ -21,7 +21,7 @@ from references.make.fields import (
 )
 from references.make.makehuman import MODELLED
 from references.make.phenotype import Phenotype, Sex, draw_phenotype, median_stature
-from references.make.posture import Lying
+from references.make.posture import draw_lying
 
 
 @dataclass(frozen=True)
@@ -96,13 +96,7 @@ def draw_bodies(workshop: Workshop, settings: BasisSettings) -> list[Body]:
         child = random.random() < settings.children_share
         age = random.uniform(0.0, 16.0) if child else random.uniform(16.0, 85.0)
         sex: Sex = "female" if place % 2 else "male"
-        lying = Lying(
-            back_pressed=random.uniform(0.06, 0.18),
-            belly_sinks=random.uniform(0.0, 0.12),
-            breast_flattens=random.uniform(0.35, 0.8),
-            breast_slides_up=random.uniform(0.05, 0.5),
-            breast_slides_out=random.uniform(0.05, 0.5),
-        )
+        lying = draw_lying(random)
         trunk = {name: random.uniform(-1, 1) * settings.modifier_reach for name in MODELLED}
         bodies.append(workshop.body(replace(draw_phenotype(random, age, sex), modifiers=trunk), lying))
     return bodies
