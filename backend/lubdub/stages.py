@@ -127,9 +127,8 @@ def _start_from(given: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> 
 
 def check(laid: Laid, patient: Patient) -> tuple[Reason, ...]:
     """Whether the given landmarks can belong to one body of this age. Raises ScanRefused when not."""
-    age = patient.age_years
-    expected = None if age is None else sternum_length_mm(age, patient.sex)
-    return check_landmarks(laid.scan, laid.given, expected)
+    expected = _expected_sternum(patient)
+    return check_landmarks(laid.scan, laid.given, expected.length_mm if expected else None)
 
 
 def understand(laid: Laid, patient: Patient, method: MethodName, library: Library) -> Chest:

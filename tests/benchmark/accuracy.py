@@ -8,12 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lubdub.library.load import load_library
-from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Library
+from lubdub.results import AREA_NAMES, LANDMARK_NAMES
 from tests.benchmark.cohort import cohort_case, group_of
 from tests.benchmark.demo import demo_cases
 from tests.benchmark.experiment import Experiment, Report, Row, Table, Unit
-from tests.benchmark.measure import Case, Run, errors_of, groups_table, radii_of, run_on, runs_table, summary
+from tests.benchmark.measure import (
+    Case,
+    Run,
+    errors_of,
+    groups_table,
+    radii_of,
+    run_on,
+    runs_table,
+    shipped_library,
+    summary,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,13 +42,11 @@ FLOOR = (Run("rule", "true bones"),)
 MESH_ALONE = (Run("lubdub", "five", carried=True),)
 """The registration by itself: the areas its mesh carries, on people whose marks are fixed to the mesh."""
 
-_library: Callable[[], Library] = functools.cache(load_library)
-
 
 def run_all(case: Callable[[], Case], runs: Sequence[Run]) -> list[Row]:
     """Every run on one case."""
     made = case()
-    return [run_on(made, run, _library()) for run in runs]
+    return [run_on(made, run, shipped_library()) for run in runs]
 
 
 def _demo_units(size: int, seed: int) -> Iterable[Unit]:

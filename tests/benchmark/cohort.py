@@ -36,9 +36,9 @@ from typing import Any
 
 import numpy as np
 
+from lubdub.fitting.shape import carried
 from lubdub.geometry.anchors import anchored
-from lubdub.geometry.surface import Surface, carry
-from lubdub.library.load import load_library
+from lubdub.geometry.surface import Surface
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Patient, ShapeBasis
 from references.make.anatomy import drop_on_skin
 from references.make.body import Workshop
@@ -49,7 +49,7 @@ from references.make.posture import bed_height, draw_lying
 from references.make.scan import Stage, smooth_skin
 from references.make.scene import bed
 from references.make.subject import Subject, draw_subject
-from tests.benchmark.measure import Case
+from tests.benchmark.measure import Case, shipped_library
 
 CLICK_MM = np.array([8.0, 8.0, 5.0, 5.0, 5.0])
 """How far clicks lie from the true place, root mean square: bones felt through the skin, then what one sees."""
@@ -122,7 +122,7 @@ def draw_person(seed: int, number: int) -> tuple[Subject, Person]:
     group = group_of(number)
     phenotype = _phenotype(random, group)
     subject = draw_subject(workshop(), random, phenotype, lying=draw_lying(random))
-    landmarks, areas = marks_on(subject.whole[workshop().torso.indices], load_library().basis)
+    landmarks, areas = marks_on(subject.whole[workshop().torso.indices], shipped_library().basis)
     subject = replace(subject, mesh_bones=landmarks[:2], mesh_areas=areas)
     return subject, Person(f"{group.name} {number}", group.name)
 
@@ -132,8 +132,8 @@ def marks_on(vertices: np.ndarray, basis: ShapeBasis) -> tuple[np.ndarray, np.nd
 
     The truth for a registration alone: what the mesh carries, whatever the bones under the skin do.
     """
-    landmarks = carry(basis.landmark_weights, basis.landmark_corners, vertices)
-    return landmarks, carry(basis.area_weights[0], basis.area_corners[0], vertices)
+    body = carried(Surface(vertices, basis.triangles), basis)
+    return np.array(list(body.landmarks.values())), np.array(list(body.areas.values()))
 
 
 def _phenotype(random: np.random.Generator, group: Group) -> Phenotype:

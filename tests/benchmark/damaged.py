@@ -16,12 +16,11 @@ import numpy as np
 
 from lubdub.areas.anatomy import places
 from lubdub.areas.rule import region_radius_mm
-from lubdub.library.load import load_library
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Library, ScanUnreadable
 from tests.benchmark import damage
 from tests.benchmark.damage import Draft, Staging
 from tests.benchmark.experiment import Cell, Experiment, Report, Row, Table, Unit
-from tests.benchmark.measure import Run, errors_of, run_on
+from tests.benchmark.measure import Run, errors_of, run_on, shipped_library
 
 BEYOND_MM = 20.0
 PLAINLY_FAR_MM = 30.0
@@ -69,8 +68,6 @@ DAMAGES: tuple[Damage, ...] = (
     Damage("motion blur", damage.motion_blur),
 )
 
-_library: Callable[[], Library] = functools.cache(load_library)
-
 
 def _units(size: int, seed: int) -> Iterable[Unit]:
     """Every damage meets other people: the groups and scanners go round."""
@@ -85,7 +82,7 @@ def _units(size: int, seed: int) -> Iterable[Unit]:
 
 def _work(seed: int, number: int, kind: int) -> list[Row]:
     staging = Staging.of(seed, number, kind)
-    return [measured(staging, DAMAGES[kind], _library())]
+    return [measured(staging, DAMAGES[kind], shipped_library())]
 
 
 def measured(staging: Staging, one: Damage, library: Library) -> Row:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from lubdub.geometry.surface import carry
+from lubdub.fitting.shape import carried
+from lubdub.library.load import load_library
 from lubdub.pipeline import Request, locate
 from lubdub.report.result_json import result_json
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, LandmarkName, Library, MethodName, Outcome, Patient
 from tests.benchmark.experiment import Cell, Row, Table
 
 Points = Mapping[str, np.ndarray]
+
+shipped_library: Callable[[], Library] = functools.cache(load_library)
+"""The shipped references, read once for all units of an experiment."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +81,11 @@ def run_on(case: Case, run: Run, library: Library) -> Row:
     row["verdict"] = outcome.verdict
     row |= {"reasons": " ".join(reason.code for reason in outcome.reasons), "seconds": round(seconds, 4)}
     found = result_json(outcome)
-    carried = _carried(outcome, library) if run.carried else {}
+    mesh_areas = _mesh_areas(outcome, library) if run.carried else {}
     for name, area in found.get("areas", {}).items():
         place, truth = np.array(area["position"]), case.areas[name]
         if run.carried:
-            place, truth = carried[name], case.mesh_areas[name]
+            place, truth = mesh_areas[name], case.mesh_areas[name]
         row[f"{name}_mm"] = round(float(np.linalg.norm(place - truth)) * case.mm_per_unit, 3)
         row[f"{name}_radius_mm"] = area["radius_mm"]
     for name, mark in found.get("landmarks", {}).items():
@@ -90,13 +95,12 @@ def run_on(case: Case, run: Run, library: Library) -> Row:
     return row
 
 
-def _carried(outcome: Outcome, library: Library) -> dict[AreaName, np.ndarray]:
+def _mesh_areas(outcome: Outcome, library: Library) -> dict[AreaName, np.ndarray]:
     """Where the registered body itself carries the average body's areas, in the file; empty when refused."""
     if outcome.fit is None or outcome.scan is None:
         return {}
-    basis = library.basis
-    areas = carry(basis.area_weights[0], basis.area_corners[0], outcome.fit.surface.vertices)
-    return dict(zip(AREA_NAMES, outcome.scan.body_from_file.inverse().apply(areas), strict=True))
+    to_file = outcome.scan.body_from_file.inverse()
+    return {name: to_file.apply(place) for name, place in carried(outcome.fit.surface, library.basis).areas.items()}
 
 
 def errors_of(rows: Sequence[Row]) -> np.ndarray:

@@ -18,7 +18,6 @@ from lubdub.fitting.paper import fit_paper
 from lubdub.fitting.schedule import FAITHFUL
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface
-from lubdub.library.load import load_library
 from lubdub.library.similar import ScanView, SimilaritySettings, overlay
 from lubdub.results import (
     AREA_NAMES,
@@ -43,7 +42,7 @@ from references.make.scan import smooth_skin
 from references.make.subject import draw_subject
 from tests.benchmark import cohort
 from tests.benchmark.experiment import Row
-from tests.benchmark.measure import Case, Run, run_on
+from tests.benchmark.measure import Case, Run, run_on, shipped_library
 
 FACTS: Mapping[str, Any] = json.loads((Path(__file__).parent / "paper_facts.json").read_text())
 
@@ -70,8 +69,6 @@ ON_SKIN = " on the skin"
 """Ends the name of an area where the skin would carry it if bones under it did not differ between people."""
 OURS = (Run("lubdub", "five"), Run("rule", "five"), Run("paper", "paper's three"))
 """The last: the paper's method choosing among the shipped references."""
-
-_library = functools.cache(load_library)
 
 
 @dataclass(frozen=True)
@@ -178,7 +175,7 @@ def _prepared(case: Case) -> tuple[CleanScan, Similarity, dict[LandmarkName, Lan
     clicks = {name: case.clicks[name] for name in THREE}
     raw = read_scan(case.data)
     scan = clean(raw, find_unit(raw, None, clicks), clicks)
-    laid = stages.lay_down(scan, clicks, _library().basis, Patient())
+    laid = stages.lay_down(scan, clicks, shipped_library().basis, Patient())
     marks = {name: Landmark(place, "given", MARK_MM) for name, place in laid.given.items()}
     return laid.scan, laid.scan.body_from_file.inverse(), marks
 
@@ -195,7 +192,7 @@ def by_ours(case: Case, library: Library) -> list[Row]:
 def work_software(number: int) -> list[Row]:
     """A row of the paper's Table 1, and our methods on the same body."""
     standard, man = software_bodies()[0], software_bodies()[number]
-    rows = registered(man.case, {"standard": standard.reference}) + by_ours(man.case, _library())
+    rows = registered(man.case, {"standard": standard.reference}) + by_ours(man.case, shipped_library())
     return [{"table": "bodies", "number": number, **row} for row in rows]
 
 
@@ -204,7 +201,7 @@ def work_volunteer(seed: int, group: int, number: int) -> list[Row]:
     men = volunteers(seed, group)
     case = men[number - 1].case
     others = {man.case.name: man.reference for man in men if man.case.name != case.name}
-    rows = registered(case, others) + by_ours(case, _library())
+    rows = registered(case, others) + by_ours(case, shipped_library())
     return [{"table": "pairs", "group_of_eight": group, "number": number, **row} for row in rows]
 
 

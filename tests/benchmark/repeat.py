@@ -8,15 +8,12 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from lubdub.geometry.frames import body_axes
-from lubdub.library.load import load_library
 from lubdub.pipeline import Request, locate
-from lubdub.results import AREA_NAMES, Library
+from lubdub.results import AREA_NAMES
 from references.make.cameras import SCANNERS
 from tests.benchmark.cohort import cohort_case, group_of
 from tests.benchmark.experiment import Cell, Experiment, Report, Row, Table, Unit
-from tests.benchmark.measure import Case
-
-_library: Callable[[], Library] = functools.cache(load_library)
+from tests.benchmark.measure import Case, shipped_library
 
 HANDS = {"clicked again each time": False, "the true landmarks each time": True}
 """How the landmarks come about; with the true ones only the camera, the breath and the bed differ."""
@@ -37,7 +34,7 @@ def offsets(cases: Sequence[Case], hand: str) -> list[Row]:
     rows = []
     for case in cases:
         clicks = case.landmarks if HANDS[hand] else case.clicks
-        outcome = locate(case.data, Request(case.patient, clicks), _library())
+        outcome = locate(case.data, Request(case.patient, clicks), shipped_library())
         row: Row = {"case": case.name, "group": case.group, "camera": case.camera, "hand": hand}
         if outcome.scan is not None:
             to_file = outcome.scan.body_from_file.inverse()
