@@ -1,5 +1,6 @@
 """The whole journey, on made-up torsos of another origin than the references."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from lubdub.geometry.surface import Surface
 from lubdub.library.load import load_library
 from lubdub.pipeline import Request, examine, locate
 from lubdub.report.result_json import result_json
-from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Library, Outcome, Patient, ScanRefused, ScanUnreadable
+from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Library, Outcome, Patient, ScanUnreadable
 from tests import bodies
 from tests.bodies import BodyScan
 
@@ -125,6 +127,16 @@ def test_hopeless_scans_are_refused_with_a_reason(scan: BodyScan, names: tuple, 
     assert reason in (None, outcome.reasons[0].code)
 
 
+def test_the_shown_body_lies_on_the_marked_points_even_where_skin_and_marks_disagree() -> None:
+    scan = bed_scan()
+    up = {name: scan.file_from_body.turn(np.array([0.0, 15.0, 0.0])) for name in ("nipple_left", "nipple_right")}
+    slid = replace(scan, landmarks={name: place + up.get(name, 0.0) for name, place in scan.landmarks.items()})
+    outcome = run(slid)
+    assert outcome.fit is not None
+    for name, mark in outcome.landmarks.items():
+        assert np.linalg.norm((outcome.fit.landmarks[name] - mark.position)[:2]) < 6
+
+
 def test_an_adults_scan_said_to_be_a_babys_is_refused() -> None:
     assert run(bed_scan(), Patient(0.5, "male")).verdict == "refuse"
 
@@ -172,6 +184,38 @@ def test_an_examination_knows_size_unit_and_suggestions() -> None:
     assert seen.coverage > 0.8
 
 
-def test_a_belly_is_refused_before_anybody_marks_it() -> None:
-    with pytest.raises(ScanRefused):
-        examine(bodies.write_ply(bodies.only_belly(bed_scan()).surface), Request(MAN), library())
+def test_a_belly_is_shown_to_be_marked_and_refused_whatever_is_marked_on_it() -> None:
+    belly = bodies.only_belly(bed_scan())
+    seen = examine(bodies.write_ply(belly.surface), Request(MAN), library())
+    assert seen.warnings[0].code == "lie_unclear"
+    assert run(belly, names=("navel", "xiphisternum")).verdict == "refuse"
+
+
+def smooth_body() -> BodyScan:
+    """A trunk without any feature that says where the head is, as a phone's depth sensor leaves of a small baby."""
+    body = bodies.hide_side(bodies.torso_scan())
+    x, y = body.surface.vertices.T[:2]
+    half, middle = np.ptp(y) / 2, (y.max() + y.min()) / 2
+    along = (y - middle) / half
+    bow = 60 * np.sqrt(np.clip(1 - 0.8 * along**2 - 0.6 * (x / np.ptp(x) * 2) ** 2, 0, None))
+    smooth = np.column_stack([0.5 * x, 0.5 * y, bow])
+    put = {
+        name: smooth[np.argmin(np.linalg.norm((body.surface.vertices - place)[:, :2], axis=1))]
+        for name, place in body.landmarks.items()
+    }
+    return replace(body, surface=Surface(smooth, body.surface.triangles), landmarks=put)
+
+
+def test_a_body_whose_lie_is_unclear_is_shown_unsuggested_and_can_be_marked() -> None:
+    scan = bodies.turn(smooth_body(), (15, 30, 110))
+    patient = Patient(1.0, "male")
+    seen = examine(bodies.write_ply(scan.surface), Request(patient), library())
+    assert [warning.code for warning in seen.warnings][:1] == ["lie_unclear"]
+    assert not seen.suggested
+    assert seen.coverage is None
+    assert 90 < seen.size["width_mm"] < 300
+    unmarked = run(scan, patient, names=())
+    assert unmarked.verdict == "refuse"
+    assert codes(unmarked)[0] in ("orientation_unknown", "fit_failed")
+    marked = run(scan, patient)
+    assert marked.landmarks, codes(marked)  # the points alone said how it lies

@@ -57,7 +57,9 @@ def test_stickers_mark_both_bones_so_that_nobody_has_to() -> None:
 def test_with_stickers_alone_the_body_is_laid_right_and_the_bones_count_as_marked() -> None:
     outcome = run(scan())
     assert outcome.verdict != "refuse"
-    assert not {"bones_not_given", "landmarks_suggested"} & set(codes(outcome.reasons))
+    assert not {"bones_not_given", "notch_not_given", "lower_end_not_given", "landmarks_suggested"} & set(
+        codes(outcome.reasons)
+    )
     assert outcome.landmarks["navel"].source == "suggested"
 
 
@@ -83,7 +85,7 @@ def test_a_mirrored_scan_is_refused_because_its_stickers_read_backwards(wound_ag
 def test_one_sticker_is_used_and_the_other_bone_still_asked_for() -> None:
     outcome = run(painted(stuck=stuck_on(1.0, ("suprasternal_notch",))), ("navel", "nipple_left", "nipple_right"))
     assert outcome.landmarks["suprasternal_notch"].source == "sticker"
-    assert "bones_not_given" in codes(outcome.reasons)
+    assert "lower_end_not_given" in codes(outcome.reasons)
     assert result_json(outcome)["stickers"]["found"] == ["suprasternal_notch"]
 
 

@@ -11,7 +11,8 @@ from lubdub.areas.anatomy import sternum_length_mm
 from lubdub.areas.bones import believe
 from lubdub.areas.rule import Breastbone, distance_mm, place_areas
 from lubdub.fitting.paper import fit_paper
-from lubdub.judging.measures import landmark_residual
+from lubdub.fitting.shape import Pose
+from lubdub.judging.measures import landmark_residual, landmark_strain
 from lubdub.library.choose import choose
 from lubdub.library.nearest import rank_by_shape
 from lubdub.results import (
@@ -35,9 +36,9 @@ class Chest:
     """What every method is given: the skin in the body frame, all landmarks, the person.
 
     landmarks: all five, given or suggested. fit: the shape basis bent onto the scan; always there for `lubdub`,
-    otherwise only when landmarks had to be suggested. overlay: the same body laid exactly on the skin and the
-    clicks; for showing, since its bones follow the clicks and so cannot contradict them. age_years: as said, or
-    read off the breastbone.
+    otherwise only when landmarks had to be suggested. pose: the state that fit ended in. overlay: the same body
+    laid exactly on the skin and the clicks; for showing, since its bones follow the clicks and so cannot contradict
+    them. age_years: as said, or read off the breastbone.
     """
 
     scan: CleanScan
@@ -45,6 +46,7 @@ class Chest:
     patient: Patient
     age_years: float
     fit: Fit | None = None
+    pose: Pose | None = None
     overlay: Fit | None = None
 
 
@@ -84,6 +86,7 @@ def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
         "rule_disagreement_mm": _disagreement(areas, chest.fit, chest.age_years),
         "spread_mm": _spread_mm(areas, chest.overlay.areas),
         **landmark_residual(chest.fit, chest.landmarks),
+        **landmark_strain(chest.fit, chest.landmarks, chest.patient, bone.length_mm),
     }
     return Located(areas, chest.overlay, ranked, ranked[0].id if ranked else None, measures)
 

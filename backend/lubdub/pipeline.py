@@ -43,6 +43,7 @@ def quiet(stage: str, fraction: float) -> None:
 def examine(data: bytes, request: Request, library: Library, progress: Progress = quiet) -> Examination:
     """Read and clean a scan and suggest its landmarks, before any run.
 
+    Where the shape does not say how the body lies there is no suggestion, and the warning `lie_unclear` says so.
     Raises ScanUnreadable when the bytes are no body scan, ScanRefused when nothing may be shown of it.
     """
     clock = assembly.Clock(progress)
@@ -50,10 +51,14 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
         raw = read_scan(data)
     with clock("clean"):
         ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
-        laid = stages.lay_down(ready.scan, ready.marked, library.basis, request.patient, ready.by_sticker)
-    with clock("fit"):
-        chest = stages.understand(laid, request.patient, "lubdub", library)
-    examination = assembly.examined(chest, library.basis.data_weight)
+    try:
+        with clock("clean"):
+            laid = stages.lay_down(ready.scan, ready.marked, library.basis, request.patient, ready.by_sticker)
+        with clock("fit"):
+            chest = stages.understand(laid, request.patient, "lubdub", library)
+        examination = assembly.examined(chest, library.basis.data_weight)
+    except stages.LieUnclear as unclear:
+        examination = assembly.examined_unturned(ready, unclear.guess)
     return replace(examination, warnings=(*ready.warnings, *examination.warnings), stickers=ready.proof)
 
 

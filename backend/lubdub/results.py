@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from lubdub.geometry.colour import Colouring
 from lubdub.geometry.frames import Similarity
+from lubdub.geometry.signs import Signs
 from lubdub.geometry.stickers import StickerProof
 from lubdub.geometry.surface import Surface
 
@@ -20,14 +21,8 @@ Posture = Literal["supine", "sitting"]
 MethodName = Literal["lubdub", "paper", "rule"]
 VerdictWord = Literal["show", "show_with_care", "refuse"]
 
-AREA_NAMES: tuple[AreaName, ...] = ("aortic", "pulmonary", "tricuspid", "mitral")  # in listening order
-LANDMARK_NAMES: tuple[LandmarkName, ...] = (
-    "suprasternal_notch",
-    "xiphisternum",
-    "navel",
-    "nipple_left",
-    "nipple_right",
-)
+AREA_NAMES: tuple[AreaName, ...] = get_args(AreaName)  # in listening order
+LANDMARK_NAMES: tuple[LandmarkName, ...] = get_args(LandmarkName)
 PUBERTY_YEARS = 12.0
 """From here on, a girl's or woman's breasts may move the skin of the chest against the ribs."""
 BONE_LANDMARKS: tuple[LandmarkName, ...] = ("suprasternal_notch", "xiphisternum")
@@ -49,16 +44,23 @@ class Reason:
         return {"code": self.code, "message": self.message, "advice": self.advice}
 
 
-class ScanUnreadable(Exception):
-    """The file cannot be read as a body scan at all. The text is one sentence for a person."""
-
-
-class ScanRefused(Exception):
-    """The file was read, but nothing may be shown. Carries the reason."""
+class ScanFault(Exception):
+    """Why there is nothing to show. Carries the reason."""
 
     def __init__(self, reason: Reason) -> None:
-        super().__init__(reason.message)
+        super().__init__(f"{reason.message} {reason.advice}".strip())
         self.reason = reason
+
+
+UNREADABLE_FILE = "unreadable_file"
+
+
+class ScanUnreadable(ScanFault):
+    """The file cannot be read as a body scan at all."""
+
+
+class ScanRefused(ScanFault):
+    """The file was read, but nothing may be shown."""
 
 
 @dataclass(frozen=True)
@@ -149,8 +151,7 @@ Landmarks = Mapping[LandmarkName, Landmark]
 class Reference:
     """One reference body, lying on its back.
 
-    surface: torso skin, all references share one topology. landmarks, areas: name -> (3,) on the skin.
-    card: what the reference's card.json says (age_years, sex, source, licence, placed_by, method...).
+    surface: torso skin of the shared topology; landmarks, areas: name -> (3,) on the skin; card: its card.json.
     """
 
     id: str
@@ -164,10 +165,9 @@ class Reference:
 class ShapeBasis:
     """A linear model of lying torsos: vertices = mean + modes^T c, c ~ N(0, 1), up to a similarity.
 
-    mean: (n, 3); modes: (k, n, 3), each one standard deviation; triangles: (m, 3). landmark_corners,
-    landmark_weights: (5, 3) barycentric places in the order of LANDMARK_NAMES; area_corners, area_weights:
-    (2, 4, 3) in the order of AREA_NAMES, [0] with the adult apex and [1] with the under-fours'.
-    data_weight: (n,) 1 on the trunk, falling to 0 on arms and shoulders, which say nothing about ribs.
+    mean: (n, 3); modes: (k, n, 3), each one standard deviation; triangles: (m, 3). landmark_corners, landmark_weights:
+    (5, 3) barycentric places in the order of LANDMARK_NAMES; area_corners, area_weights: (2, 4, 3) in that of
+    AREA_NAMES, [0] with the adult apex, [1] the under-fours'. data_weight: (n,) 1 on the trunk, 0 on arms and back.
     """
 
     mean: np.ndarray
@@ -182,10 +182,11 @@ class ShapeBasis:
 
 @dataclass(frozen=True)
 class Library:
-    """All reference bodies, the basis drawn from them, and the hash of the files they came from."""
+    """All reference bodies, the basis drawn from them, signs of landmarks, and the hash of the files they came from."""
 
     references: tuple[Reference, ...]
     basis: ShapeBasis
+    signs: Signs
     sha256: str
 
 
@@ -288,12 +289,12 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Examination:
-    """What is known before anybody has placed a landmark: the clean scan, its size in words, suggestions."""
+    """What is known before any landmark is placed. coverage: of the chest's front; None when its lie is unclear."""
 
     scan: CleanScan
     size: Mapping[str, float]
     """`width_mm`, `length_mm`, `depth_mm` of the cleaned body, `chest_width_mm` when found."""
-    coverage: float
+    coverage: float | None
     suggested: Landmarks
     warnings: tuple[Reason, ...]
     stickers: StickerProof | None = None

@@ -124,8 +124,10 @@ def _marked(
     scan: CleanScan, seen: tuple[SeenSticker, ...], clicked: Mapping[LandmarkName, np.ndarray], scale: float
 ) -> Prepared:
     if abs(scale - 1) > GATES.scale_refuse:
-        raise ScanRefused(sticker_reasons.size_untrue(scale))
-    warnings = [sticker_reasons.size_doubtful(scale)] if abs(scale - 1) > GATES.scale_care else []
+        raise ScanRefused(sticker_reasons.LARGER_THAN_PRINTED if scale > 1 else sticker_reasons.SMALLER_THAN_PRINTED)
+    warnings: list[Reason] = []
+    if abs(scale - 1) > GATES.scale_care:
+        warnings.append(sticker_reasons.A_LITTLE_LARGER if scale > 1 else sticker_reasons.A_LITTLE_SMALLER)
     marked, by_sticker = dict(clicked), set()
     for bone in BONES:
         places = [one.position for one in seen if one.sticker.bone == bone]
@@ -141,7 +143,7 @@ def _marked(
             marked[bone] = in_file
             by_sticker.add(bone)
         elif distance > GATES.care_mm:
-            warnings.append(sticker_reasons.away_from_sticker(bone))
+            warnings.append(sticker_reasons.AWAY_FROM_STICKER[bone])
     found = tuple(bone for bone in BONES if any(one.sticker.bone == bone for one in seen))
     proof = StickerProof(found, round(scale, 4))
     return Prepared(scan, marked, frozenset(by_sticker), proof, tuple(warnings))

@@ -12,8 +12,10 @@ from references.make.body import Workshop
 from references.make.demos import write_demos
 from references.make.people import PEOPLE
 from references.make.picture import VIEWS, save_sheet, shade
+from references.make.sightings import sightings
+from references.make.signs import learn_signs
 from references.make.wheel import REPOSITORY
-from references.make.write import write_basis, write_bodies, write_manifest, write_topology
+from references.make.write import write_basis, write_bodies, write_manifest, write_signs, write_topology
 
 
 def main() -> None:
@@ -45,6 +47,8 @@ def _build(workshop: Workshop, out: Path) -> None:
     write_demos(workshop, out)
     print("basis, a few minutes")
     shared = {"topology.npz": write_topology(workshop, out), "basis.npz": write_basis(build_basis(workshop), out)}
+    print("signs of navel and nipples, ten minutes")
+    shared["signs.npz"] = write_signs(learn_signs(list(sightings(workshop))), out)
     write_manifest(shared, out)
 
 

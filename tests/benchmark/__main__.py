@@ -13,6 +13,7 @@ from pathlib import Path
 from tests.benchmark import accuracy, damaged, paper_tables, repeat, stickers
 from tests.benchmark.calibration import CALIBRATION
 from tests.benchmark.experiment import Experiment
+from tests.benchmark.journey import JOURNEY
 from tests.benchmark.peers import PEERS_EXPERIMENT
 from tests.benchmark.runner import run_experiment
 from tests.benchmark.selection import SELECTION
@@ -23,6 +24,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     accuracy.COHORT,
     CALIBRATION,
     damaged.DAMAGED,
+    JOURNEY,
     paper_tables.PAPER,
     repeat.REPEAT,
     SELECTION,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lubdub.geometry.surface import Surface
-from lubdub.judging.measures import chest_coverage, chest_rise, landmark_residual
-from lubdub.results import LANDMARK_NAMES, Fit, Landmark
+from lubdub.judging.measures import chest_coverage, chest_rise, landmark_residual, landmark_strain
+from lubdub.results import LANDMARK_NAMES, Fit, Landmark, LandmarkName, Patient
 from tests.bodies import hide_side, torso_scan
 from tests.scanned import clean_scan
 
@@ -68,3 +68,29 @@ def test_the_landmark_residual_is_the_distance_to_the_clicks() -> None:
 def test_suggestions_do_not_vouch_for_themselves() -> None:
     suggested = {name: Landmark(BODY.landmarks[name], "suggested", 5.0) for name in LANDMARK_NAMES}
     assert landmark_residual(fit_at(np.zeros(3)), suggested) == {}
+
+
+MAN, WOMAN = Patient(40, "male"), Patient(40, "female")
+
+
+def strain_of(name: LandmarkName, off_mm: float, patient: Patient, sternum_mm: float = 150.0) -> float:
+    clicks = {**marks(), name: Landmark(BODY.landmarks[name] + [off_mm, 0, 0], "given", 5.0)}
+    return landmark_strain(fit_at(np.zeros(3)), clicks, patient, sternum_mm)["landmark_strain"]
+
+
+def test_the_worst_click_strains_most_where_the_body_allows_least() -> None:
+    assert strain_of("navel", 40, MAN) > 1.5 * strain_of("suprasternal_notch", 40, MAN)
+
+
+def test_a_nipple_far_up_strains_a_mans_fit_and_hardly_a_womans() -> None:
+    assert strain_of("nipple_left", 50, MAN) > 3.2
+    assert strain_of("nipple_left", 50, WOMAN) < 2.0
+
+
+def test_the_same_click_error_strains_a_baby_more_but_not_in_proportion() -> None:
+    adult, baby = strain_of("navel", 20, MAN), strain_of("navel", 20, MAN, sternum_mm=50.0)
+    assert adult < baby < 2 * adult
+
+
+def test_nothing_strains_without_clicks() -> None:
+    assert landmark_strain(fit_at(np.zeros(3)), {}, MAN, 150.0) == {}

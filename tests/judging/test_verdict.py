@@ -53,9 +53,15 @@ def test_what_makes_us_refuse(evidence: Evidence, reason: object) -> None:
         (replace(FINE, landmarks=SUGGESTED), reasons.LANDMARKS_SUGGESTED),
         (
             replace(FINE, landmarks={**GIVEN, "xiphisternum": SUGGESTED["xiphisternum"]}),
-            reasons.BONES_NOT_GIVEN,
+            reasons.LOWER_END_NOT_GIVEN,
         ),
-        (measured(rule_disagreement_mm=65.0), reasons.DISAGREEMENT),
+        (
+            replace(FINE, landmarks={**GIVEN, "suprasternal_notch": SUGGESTED["suprasternal_notch"]}),
+            reasons.NOTCH_NOT_GIVEN,
+        ),
+        (replace(FINE, landmarks={**SUGGESTED, "navel": GIVEN["navel"]}), reasons.BONES_NOT_GIVEN),
+        (measured(rule_disagreement_mm=75.0), reasons.DISAGREEMENT),
+        (measured(landmark_strain=3.5), reasons.DISAGREEMENT),
         (replace(FINE, patient=Patient(None, "male")), reasons.AGE_MISSING),
         (replace(FINE, patient=Patient(6, "female", "sitting")), reasons.SITTING),
         (replace(FINE, coverage=0.6), reasons.THIN_COVERAGE),

@@ -22,7 +22,7 @@ def library() -> Library:
 @pytest.fixture
 def copied(tmp_path: Path) -> Path:
     """A library of two bodies with its own topology and basis."""
-    for name in ("manifest.json", "topology.npz", "basis.npz"):
+    for name in ("manifest.json", "topology.npz", "basis.npz", "signs.npz"):
         shutil.copy(SHIPPED / name, tmp_path / name)
     for body in ("man-25", "girl-06"):
         shutil.copytree(SHIPPED / "bodies" / body, tmp_path / "bodies" / body)
@@ -70,14 +70,14 @@ def test_another_card_gives_another_library_hash(copied: Path) -> None:
     assert load_library(copied).sha256 != before
 
 
-@pytest.mark.parametrize("name", ["topology.npz", "basis.npz", "bodies/man-25/body.npz"])
+@pytest.mark.parametrize("name", ["topology.npz", "basis.npz", "signs.npz", "bodies/man-25/body.npz"])
 def test_a_damaged_file_is_refused_by_name(copied: Path, name: str) -> None:
     flip_a_byte(copied / name)
     with pytest.raises(LibraryDamaged, match=Path(name).name):
         load_library(copied)
 
 
-@pytest.mark.parametrize("name", ["topology.npz", "basis.npz", "bodies/man-25/body.npz"])
+@pytest.mark.parametrize("name", ["topology.npz", "basis.npz", "signs.npz", "bodies/man-25/body.npz"])
 def test_a_missing_file_is_refused_by_name(copied: Path, name: str) -> None:
     (copied / name).unlink()
     with pytest.raises(LibraryDamaged, match=rf"{Path(name).name} is missing"):
@@ -108,7 +108,7 @@ def test_a_folder_without_bodies_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_folder_with_bodies_alone_borrows_the_shipped_basis(copied: Path, library: Library) -> None:
-    for name in ("manifest.json", "topology.npz", "basis.npz"):
+    for name in ("manifest.json", "topology.npz", "basis.npz", "signs.npz"):
         (copied / name).unlink()
     loaded = load_library(copied)
     assert [reference.id for reference in loaded.references] == ["girl-06", "man-25"]

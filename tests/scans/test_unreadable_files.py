@@ -70,11 +70,18 @@ FOREIGN = {
 }
 
 
-@pytest.mark.parametrize(("what", "data"), [(what, data) for what, files in FOREIGN.items() for data in files])
+@pytest.mark.parametrize(
+    ("what", "data"),
+    [
+        pytest.param(what, data, id=f"{what} {number}")
+        for what, files in FOREIGN.items()
+        for number, data in enumerate(files, 1)
+    ],
+)
 def test_a_foreign_file_is_named_for_what_it_is(what: str, data: bytes) -> None:
     with pytest.raises(ScanUnreadable) as caught:
         read_scan(data)
-    assert str(caught.value) == UNREADABLE[what]
+    assert caught.value.reason == UNREADABLE[what]
 
 
 DAMAGED = {

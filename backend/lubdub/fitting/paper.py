@@ -21,7 +21,7 @@ Name = TypeVar("Name", bound=str)
 NO_OVERLAP = Reason(
     "no_overlap",
     "The reference body could not be laid over this scan.",
-    "Check that the scan shows the whole chest from the collarbones to the navel, and mark the landmarks again.",
+    "Check that the scan shows the whole chest from the collarbones to the belly button, and mark the points again.",
 )
 
 

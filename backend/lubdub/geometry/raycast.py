@@ -53,6 +53,11 @@ class SkinCaster:
         points = origins + distance[:, None] * directions
         return Hits(met, triangle, weights, points)
 
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """(k,) how far points (k, 3) lie from the surface, unsigned, to about a thousandth of a millimetre."""
+        moved = np.ascontiguousarray(points - self._middle, np.float32)
+        return np.asarray(self._scene.compute_distance(self._tensor(moved)).numpy(), np.float64)
+
     def hit(self, origin: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
         """(3,) where the ray from origin (3,) along direction (3,) first meets the skin, or None."""
         hits = self.cast(origin, direction)

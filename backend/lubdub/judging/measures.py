@@ -2,10 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lubdub.results import BONE_LANDMARKS, CleanScan, Fit, Landmarks
+from lubdub.results import BONE_LANDMARKS, CleanScan, Fit, LandmarkName, Landmarks, Patient
+
+
+@dataclass(frozen=True)
+class StrainSettings:
+    """How far good clicks lie from the fitted body's own points: a share of the breastbone, and the click itself.
+
+    Root mean square over 160 simulated people: notch 0.11 and lower end 0.12 (bones do not follow skin), navel and
+    nipples 0.06 with the click; nipples of women after puberty 0.18.
+    """
+
+    notch_share: float = 0.11
+    joint_share: float = 0.12
+    seen_share: float = 0.06
+    breast_share: float = 0.18
+    bone_click_mm: float = 6.0
+    seen_click_mm: float = 5.0
+
+    def expected_mm(self, name: LandmarkName, patient: Patient, sternum_mm: float) -> float:
+        """One standard deviation (3D) of a click from the fitted body's own point."""
+        if name in BONE_LANDMARKS:
+            share = self.notch_share if name == "suprasternal_notch" else self.joint_share
+            return float(np.hypot(share * sternum_mm, self.bone_click_mm))
+        slides = patient.may_have_breasts and name.startswith("nipple")
+        return float(np.hypot((self.breast_share if slides else self.seen_share) * sternum_mm, self.seen_click_mm))
 
 
 def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
@@ -54,3 +80,16 @@ def landmark_residual(fit: Fit, landmarks: Landmarks) -> dict[str, float]:
         return {}
     offsets = [fit.landmarks[name] - landmarks[name].position for name in clicked]
     return {"landmark_residual_mm": float(np.sqrt(np.mean(np.sum(np.square(offsets), axis=1))))}
+
+
+def landmark_strain(
+    fit: Fit, landmarks: Landmarks, patient: Patient, sternum_mm: float, settings: StrainSettings | None = None
+) -> dict[str, float]:
+    """`landmark_strain`: the clicked landmark farthest from the body's own, in what good clicks differ by."""
+    settings = settings or StrainSettings()
+    strains = [
+        float(np.linalg.norm(fit.landmarks[name] - landmark.position)) / settings.expected_mm(name, patient, sternum_mm)
+        for name, landmark in landmarks.items()
+        if landmark.is_marked
+    ]
+    return {"landmark_strain": max(strains)} if strains else {}

@@ -24,6 +24,11 @@ ORIENTATION_UNKNOWN = Reason(
     "We cannot tell from the scan's shape alone which way up the body lies.",
     "Mark the top edge of the breastbone, its lower end and the belly button, and try again.",
 )
+LIE_UNCLEAR = Reason(
+    "lie_unclear",
+    "We could not tell which way the body lies.",
+    "Please turn it and mark the points yourself.",
+)
 DISAGREEMENT = Reason(
     "methods_disagree",
     "The breastbone points and the shape of the body do not agree about the places.",
@@ -38,6 +43,16 @@ BONES_NOT_GIVEN = Reason(
     "bones_not_given",
     "The breastbone was not marked, and the skin alone does not show exactly where the ribs are.",
     "Feel for the breastbone's upper edge and its lower end and mark both: then the places become trustworthy.",
+)
+NOTCH_NOT_GIVEN = Reason(
+    "notch_not_given",
+    "Without the top of the breastbone the places are less sure.",
+    "Feel for the hard upper edge of the breastbone and mark it: then the places become trustworthy.",
+)
+LOWER_END_NOT_GIVEN = Reason(
+    "lower_end_not_given",
+    "Without the lower end of the breastbone the places are less sure.",
+    "Feel for the last hard spot of the breastbone and mark it: then the places become trustworthy.",
 )
 LANDMARKS_SUGGESTED = Reason(
     "landmarks_suggested",

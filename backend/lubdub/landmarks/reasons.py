@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from lubdub.results import LandmarkName, Reason
+from collections.abc import Mapping
 
-NAMES_IN_WORDS: dict[LandmarkName, str] = {
-    "suprasternal_notch": "the top edge of the breastbone",
-    "xiphisternum": "the lower end of the breastbone",
-    "navel": "the belly button",
-    "nipple_left": "the patient's left nipple",
-    "nipple_right": "the patient's right nipple",
-}
+from lubdub.results import LandmarkName, Reason
 
 SIDES_SWAPPED = Reason(
     "sides_swapped",
@@ -50,11 +44,28 @@ LANDMARKS_UNUSUAL = Reason(
     "Look at each point again before you trust the places.",
 )
 
+FAR_FROM_GUESS = Reason(
+    "point_far_from_guess",
+    "A point lies far from where the shape of the body lets one expect it.",
+    "Look at it again, and move it if it is not right.",
+)
 
-def off_body(name: LandmarkName) -> Reason:
-    """A landmark that hangs in the air."""
-    return Reason(
-        "landmark_off_body",
-        f"The point for {NAMES_IN_WORDS[name]} is not on the scanned skin.",
-        "Place it again by touching the body in the picture, and check that it belongs to this scan.",
-    )
+
+_PLACE_AGAIN = "Place it again by touching the body in the picture, and check that it belongs to this scan."
+
+OFF_BODY: Mapping[LandmarkName, Reason] = {
+    "suprasternal_notch": Reason(
+        "landmark_off_body", "The point for the top of the breastbone is not on the scanned skin.", _PLACE_AGAIN
+    ),
+    "xiphisternum": Reason(
+        "landmark_off_body", "The point for the lower end of the breastbone is not on the scanned skin.", _PLACE_AGAIN
+    ),
+    "navel": Reason("landmark_off_body", "The point for the belly button is not on the scanned skin.", _PLACE_AGAIN),
+    "nipple_left": Reason(
+        "landmark_off_body", "The point for the patient's left nipple is not on the scanned skin.", _PLACE_AGAIN
+    ),
+    "nipple_right": Reason(
+        "landmark_off_body", "The point for the patient's right nipple is not on the scanned skin.", _PLACE_AGAIN
+    ),
+}
+"""A landmark that hangs in the air."""

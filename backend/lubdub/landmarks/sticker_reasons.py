@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from lubdub.landmarks.reasons import NAMES_IN_WORDS
+from collections.abc import Mapping
+
 from lubdub.results import LandmarkName, Reason
 
 MIRRORED = Reason(
@@ -14,7 +15,7 @@ MIRRORED = Reason(
 CONTRADICTORY = Reason(
     "stickers_contradictory",
     "One sticker on this scan reads forwards and another one backwards.",
-    "Take every mirror and every spare sticker out of the picture and scan again.",
+    "Take mirrors and spare stickers out of the picture. Then scan again.",
 )
 
 SWAPPED = Reason(
@@ -30,36 +31,49 @@ TWICE = Reason(
     "Stick one sticker 1 and one sticker 2 of the same size, take the others away, and scan again.",
 )
 
+_UNTRUE_ADVICE = "Check the unit of the scan. If it is right, use a scanning app that measures depth, and scan again."
 
-def size_untrue(scale: float) -> Reason:
-    """The stickers measure far from their printed size. scale: measured over printed size."""
-    return Reason(
-        "sticker_size_untrue",
-        f"The stickers are {_off(scale)} than they were printed, so the size of this scan is not true.",
-        "Check the unit of the scan. If it is right, use a scanning app that measures depth, and scan again.",
-    )
+LARGER_THAN_PRINTED = Reason(
+    "sticker_size_untrue",
+    "The stickers are larger than they were printed, so the size of this scan is not true.",
+    _UNTRUE_ADVICE,
+)
 
+SMALLER_THAN_PRINTED = Reason(
+    "sticker_size_untrue",
+    "The stickers are smaller than they were printed, so the size of this scan is not true.",
+    _UNTRUE_ADVICE,
+)
 
-def size_doubtful(scale: float) -> Reason:
-    """The same, a little off."""
-    return Reason(
-        "sticker_size_doubtful",
-        f"The stickers are {_off(scale)} on this scan than they should be on paper.",
-        "Measure the line on the sticker sheet: it must be exactly 50 mm long. If it is not, print the sheet again at "
-        "100 %. If it is, the scan's size is a little off: scan again slowly.",
-    )
+_DOUBTFUL_ADVICE = (
+    "Measure the line on the sticker sheet: it must be exactly 50 mm long. If it is not, print the sheet again at "
+    "100 %. If it is, the scan's size is a little off: scan again slowly."
+)
 
+A_LITTLE_LARGER = Reason(
+    "sticker_size_doubtful",
+    "The stickers are a little larger on this scan than they should be on paper.",
+    _DOUBTFUL_ADVICE,
+)
 
-def away_from_sticker(name: LandmarkName) -> Reason:
-    """A point marked by hand lies far from the sticker that marks the same bone."""
-    return Reason(
+A_LITTLE_SMALLER = Reason(
+    "sticker_size_doubtful",
+    "The stickers are a little smaller on this scan than they should be on paper.",
+    _DOUBTFUL_ADVICE,
+)
+
+_WHICH_IS_RIGHT = "Look which of the two is right. If the sticker is, take the point back to it."
+
+AWAY_FROM_STICKER: Mapping[LandmarkName, Reason] = {
+    "suprasternal_notch": Reason(
         "away_from_sticker",
-        f"The point for {NAMES_IN_WORDS[name]} was marked far away from its sticker.",
-        "Look which of the two is right. If the sticker is, take the point back to it.",
-    )
-
-
-def _off(scale: float) -> str:
-    if scale > 2 or scale < 0.5:
-        return f"{max(scale, 1 / scale):.0f} times {'larger' if scale > 1 else 'smaller'}"
-    return f"{abs(scale - 1):.0%} {'larger' if scale > 1 else 'smaller'}"
+        "The point for the top of the breastbone was marked far away from its sticker.",
+        _WHICH_IS_RIGHT,
+    ),
+    "xiphisternum": Reason(
+        "away_from_sticker",
+        "The point for the lower end of the breastbone was marked far away from its sticker.",
+        _WHICH_IS_RIGHT,
+    ),
+}
+"""A point marked by hand lies far from the sticker that marks the same bone."""

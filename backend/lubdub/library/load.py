@@ -1,4 +1,4 @@
-"""Reads `references/`: the bodies, the topology they share, and the basis drawn from their kind."""
+"""Reads `references/`: the bodies, the topology they share, the basis drawn from their kind, signs of landmarks."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
+from lubdub.geometry.signs import Sign, Signs
 from lubdub.geometry.surface import Surface
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Library, Reference, ShapeBasis
 
 SHIPPED = Path(__file__).resolve().parents[3] / "references"
 """The repository's own references."""
+
+SHARED = ("topology.npz", "basis.npz", "signs.npz")
 
 Name = TypeVar("Name", bound=str)
 
@@ -28,27 +31,29 @@ class LibraryDamaged(Exception):
 
 
 def load_library(folder: Path | None = None) -> Library:
-    """All reference bodies and the basis, every file checked against its SHA-256.
+    """All reference bodies, the basis and the signs, every file checked against its SHA-256.
 
-    folder: holds `bodies/`, and may hold its own `topology.npz`, `basis.npz` and `manifest.json`; where it
-    does not, the shipped ones serve, so a clinic can bring bodies alone. Default: the shipped references.
-    Raises LibraryDamaged for a missing or altered file.
+    folder: holds `bodies/`, and may hold its own `topology.npz`, `basis.npz`, `signs.npz` and `manifest.json`; where
+    it does not, the shipped ones serve, so a clinic can bring bodies alone. Default: the shipped references.
+    A body whose card says `disabled` does not serve. Raises LibraryDamaged for a missing or altered file.
     """
     home = folder if folder is not None else SHIPPED
     shared = home if (home / "manifest.json").is_file() else SHIPPED
     hashes = _manifest(shared)
-    topology, basis = (_checked(shared / name, hashes.get(name)) for name in ("topology.npz", "basis.npz"))
+    topology, basis, signs = (_checked(shared / name, hashes.get(name)) for name in SHARED)
     triangles = _topology(topology, shared / "topology.npz")
     shape = _basis(basis, triangles, shared / "basis.npz")
-    total = hashlib.sha256(topology + basis)
+    total = hashlib.sha256(topology + basis + signs)
     references = []
     for card in sorted((home / "bodies").glob("*/card.json")):
         reference, digest = _reference(card, triangles, len(shape.mean))
+        if reference.card.get("disabled"):
+            continue
         references.append(reference)
         total.update(digest)
     if not references:
         raise LibraryDamaged(f"There are no reference bodies in {home / 'bodies'}: restore the folder or name another.")
-    return Library(tuple(references), shape, total.hexdigest())
+    return Library(tuple(references), shape, _signs(signs, shared / "signs.npz"), total.hexdigest())
 
 
 def _manifest(folder: Path) -> Mapping[str, str]:
@@ -114,6 +119,16 @@ def _basis(content: bytes, triangles: np.ndarray, path: Path) -> ShapeBasis:
         )
     except UNREADABLE as error:
         raise _damaged(path) from error
+
+
+def _signs(content: bytes, path: Path) -> Signs:
+    try:
+        arrays = {name: array.astype(np.float64) for name, array in _arrays(content).items()}
+        parts = ("filters", "usual", "weights")
+        navel, nipple = (Sign(*(arrays[f"{name}_{part}"] for part in parts)) for name in ("navel", "nipple"))
+    except UNREADABLE as error:
+        raise _damaged(path) from error
+    return Signs(navel, nipple)
 
 
 def _arrays(content: bytes) -> dict[str, np.ndarray]:

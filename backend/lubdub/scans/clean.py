@@ -15,7 +15,7 @@ from lubdub.scans.display import draped, light_mesh
 from lubdub.scans.normals import Neighbourhood, border, cloud_normals, mesh_normals, neighbourhood, turned_outward
 from lubdub.scans.pieces import choose_pieces, is_body_like
 from lubdub.scans.planes import find_planes
-from lubdub.scans.reasons import LANDMARKS_OFF_SCAN, NO_BODY_FOUND, TWO_BODIES, too_few_points
+from lubdub.scans.reasons import LANDMARKS_OFF_SCAN, NO_BODY_FOUND, TOO_FEW_POINTS, TWO_BODIES
 from lubdub.scans.thin import Cells, evenly
 
 
@@ -83,7 +83,7 @@ def _part(surface: Surface, keep: np.ndarray) -> Surface:
 
 def _check_count(count: int) -> None:
     if count < SETTINGS.least_points:
-        raise ScanRefused(too_few_points(count))
+        raise ScanRefused(TOO_FEW_POINTS)
 
 
 def _body_in(

@@ -10,7 +10,7 @@ import numpy as np
 
 from lubdub.geometry.frames import MM_PER_UNIT
 from lubdub.results import LandmarkName, RawScan, ScanRefused, Unit
-from lubdub.scans.reasons import unit_implausible, unreadable
+from lubdub.scans.reasons import UNIT_IMPLAUSIBLE, UNIT_WRONG, unreadable
 
 Source = Literal["given", "found"]
 
@@ -58,22 +58,22 @@ def find_unit(raw: RawScan, given: str | None, landmarks: Mapping[LandmarkName, 
     sides = _robust_sides(raw.surface.vertices)
     if given is not None:
         if not _is_possible(given, distances, sides):
-            raise ScanRefused(unit_implausible(_in_words(given, distances, sides)))
+            raise ScanRefused(UNIT_WRONG)
         return _unit(given, "given")
     if distances:
-        return _only(_fitting_landmarks(distances), distances, sides)
+        return _only(_fitting_landmarks(distances))
     if raw.unit_by_format and _is_possible(raw.unit_by_format, distances, sides):
         return _unit(raw.unit_by_format, "found")
-    return _only(_fitting_size(sides), distances, sides)
+    return _only(_fitting_size(sides))
 
 
 def _unit(name: str, source: Source) -> Unit:
     return Unit(name, MM_PER_UNIT[name], source)
 
 
-def _only(candidates: list[str], distances: Mapping[str, float], sides: np.ndarray) -> Unit:
+def _only(candidates: list[str]) -> Unit:
     if len(candidates) != 1:
-        raise ScanRefused(unit_implausible(_in_words(None, distances, sides)))
+        raise ScanRefused(UNIT_IMPLAUSIBLE)
     return _unit(candidates[0], "found")
 
 
@@ -139,15 +139,3 @@ def _is_possible(name: str, distances: Mapping[str, float], sides: np.ndarray) -
     if distances:
         return name in _fitting_landmarks(distances)
     return _fits(sides[0] * MM_PER_UNIT[name], LIMITS.length_stated)
-
-
-def _in_words(name: str | None, distances: Mapping[str, float], sides: np.ndarray) -> str:
-    if "notch_to_navel" in distances:
-        what, value = "from the notch to the navel it measures", distances["notch_to_navel"]
-    elif distances:
-        what, value = "between the marked points it measures", next(iter(distances.values()))
-    else:
-        what, value = "it is long", float(sides[0])
-    if name is None:
-        return f"{what} {value:.3g} without a unit" if distances else f"the scan is {value:.3g} long, without a unit"
-    return f"{what} {value:.3g} {name}" if distances else f"the scan would be {value:.3g} {name} long"
