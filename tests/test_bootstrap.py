@@ -94,12 +94,13 @@ class Machine:
 @pytest.fixture
 def machine(tmp_path: Path) -> Machine:
     home, tools = tmp_path / "a place" / "lubdub folder", tmp_path / "bin"
-    for folder in (home / "frontend", home / "backend", tools):
+    for folder in (home / "frontend", home / "tests" / "peers", home / "backend", tools):
         folder.mkdir(parents=True)
     shutil.copy(ROOT / "lubdub", home)
     for name in ("", "-build", "-solver", "-benchmark", "-dev", "-node", "-compiler"):
         (home / f"requirements{name}.txt").write_text(f"things{name}==1\n")
-    (home / "frontend" / "package-lock.json").write_text("{}")
+    for folder in (home / "frontend", home / "tests" / "peers"):
+        (folder / "package-lock.json").write_text("{}")
     for name in REAL_TOOLS:
         found = shutil.which(name)
         assert found is not None
@@ -155,6 +156,13 @@ def test_only_what_changed_is_set_up_again(machine: Machine) -> None:
 def test_the_browsers_parts_run_no_scripts_of_strangers(machine: Machine) -> None:
     machine.run("serve")
     assert [call.split("--no-audit")[0] for call in machine.calls("npm")] == ["npm ci --ignore-scripts "]
+
+
+def test_only_the_tests_fetch_the_programs_they_compare_with(machine: Machine) -> None:
+    machine.run("serve")
+    assert machine.calls("in peers") == []
+    machine.run("test")
+    assert len(machine.calls("in peers")) == 1
 
 
 def test_it_starts_from_any_folder_and_through_links(machine: Machine, tmp_path: Path) -> None:
@@ -306,24 +314,26 @@ def test_two_starts_at_once_set_up_once(machine: Machine) -> None:
     assert len(machine.calls("pip install")) == 3
 
 
+FIVE_PASSED = {"PYTEST_REPORT": '<testsuite name="pytest" errors="0" failures="0" skipped="0" tests="5" time="1">'}
+
+
 @pytest.mark.parametrize(
     ("words", "last_line", "exit_code"),
     [
-        ({}, "10 passed, 0 failed", 0),
-        ({"MYPY_FAILS": "1"}, "9 passed, 1 failed", 1),
+        ({}, "15 passed, 0 failed", 0),
+        ({"MYPY_FAILS": "1"}, "14 passed, 1 failed", 1),
         (
             {"PYTEST_REPORT": '<testsuite errors="1" failures="1" skipped="0" tests="5">', "PYTEST_FAILS": "1"},
-            "8 passed, 2 failed",
+            "11 passed, 4 failed",
             1,
         ),
-        ({"PYTEST_FAILS": "4"}, "10 passed, 1 failed", 1),
+        ({"PYTEST_FAILS": "4"}, "15 passed, 2 failed", 1),
     ],
 )
 def test_the_tests_end_with_one_plain_line(
     machine: Machine, words: dict[str, str], last_line: str, exit_code: int
 ) -> None:
-    good = {"PYTEST_REPORT": '<testsuite name="pytest" errors="0" failures="0" skipped="0" tests="5" time="1">'}
-    machine.words |= good | words
+    machine.words |= FIVE_PASSED | words
     code, out, _ = machine.run("test")
     assert (code, out.splitlines()[-1]) == (exit_code, last_line)
     assert len(machine.calls("requirements-dev.txt")) == 1
@@ -334,4 +344,14 @@ def test_without_chromium_the_browser_tests_are_left_out_and_it_says_so(machine:
     machine.words |= {"APT_FAILS": "100", "USER_NUMBER": "1000"}
     _, _, err = machine.run("test")
     assert "There is no Chromium" in err
-    assert "-m not browser" in machine.calls("-m pytest")[0]
+    assert ["-m not browser" in call for call in machine.calls("-m pytest")] == [True]
+
+
+def test_browser_tests_have_the_machine_for_themselves_and_the_others_share_it(machine: Machine) -> None:
+    machine.words |= FIVE_PASSED
+    machine.run("test")
+    others, browsers = machine.calls("-m pytest")
+    assert "-n 2" in others
+    assert others.endswith("-m not browser")
+    assert "-n 2" not in browsers
+    assert browsers.endswith("-m browser")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -301,6 +302,29 @@ def test_a_key_with_an_unknown_power_is_not_made(run: Run, tmp_path: Path, monke
     assert run("admin", "key", "list")[1] == ""
 
 
+def test_clinicians_are_let_in_listed_and_shut_out(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lubdub.settings import Settings
+    from tests.web.desk import new_account
+    from tests.web.service import Service
+
+    monkeypatch.setenv("LUBDUB_DATA_DIR", str(tmp_path / "data"))
+    code, link, _ = run("admin", "clinician", "first")
+    assert code == 0
+    assert re.fullmatch(r"http://localhost:8000/desk/join#[\w-]{43}\n", link)
+    email = new_account(Service(Settings()), "administrator").clinician.email
+    code, _, err = run("admin", "clinician", "first")
+    assert (code, is_one_line(err)) == (2, True)
+    assert "/desk/join#" in run("admin", "clinician", "invite", email, "--role", "lead")[1]
+    code, _, err = run("admin", "clinician", "disable", email)
+    assert (code, is_one_line(err)) == (2, True)
+    new_account(Service(Settings()), "administrator")
+    assert run("admin", "clinician", "role", email, "lead")[0] == 0
+    assert run("admin", "clinician", "disable", email)[0] == 0
+    assert f"{email}  disabled  lead" in run("admin", "clinician", "list")[1]
+    assert run("admin", "clinician", "enable", email)[0] == 0
+    assert run("admin", "clinician", "disable", "nobody@heart.example")[0] == 2
+
+
 def test_every_setting_is_shown_with_its_meaning(run: Run) -> None:
     from lubdub.settings import Settings
 
@@ -338,4 +362,11 @@ def test_the_sticker_sheet_is_written_to_the_file_named(run: Run, tmp_path: Path
 def test_a_sticker_sheet_that_cannot_be_written_is_one_line(run: Run, tmp_path: Path) -> None:
     code, out, err = run("stickers", "--out", tmp_path / "nowhere" / "sheet.pdf")
     assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+
+
+def test_a_sticker_sheet_in_a_language_nobody_knows_is_one_line(run: Run, tmp_path: Path) -> None:
+    code, out, err = run("stickers", "--language", "xx", "--out", tmp_path / "sheet.pdf")
+    assert (code, out) == (2, "")
+    assert "no language xx" in err
     assert err.count("\n") == 1

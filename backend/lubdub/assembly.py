@@ -17,10 +17,13 @@ from lubdub.fitting.pose import PoseSettings
 from lubdub.fitting.refine import RefineSettings
 from lubdub.fitting.schedule import PAPER
 from lubdub.fitting.shape import ShapeFitSettings
+from lubdub.geometry.frames import Similarity
 from lubdub.geometry.sparse import solver_name
 from lubdub.geometry.stickers import STICKERS
-from lubdub.judging.measures import chest_coverage
+from lubdub.judging.measures import StrainSettings, chest_coverage
+from lubdub.judging.reasons import LIE_UNCLEAR
 from lubdub.judging.verdict import Evidence, Gates
+from lubdub.landmarks import places
 from lubdub.landmarks.check import LandmarkLimits
 from lubdub.landmarks.stickers import StickerSettings
 from lubdub.landmarks.suggest import SuggestionSettings
@@ -32,6 +35,7 @@ from lubdub.results import (
     AreaName,
     CleanScan,
     Examination,
+    Landmark,
     Library,
     Located,
     MethodName,
@@ -43,7 +47,7 @@ from lubdub.results import (
 )
 from lubdub.scans import check, clean, crop, limits, normals, pieces, planes, units
 from lubdub.stages import ADULT_STERNUM_MM, SETTINGS
-from lubdub.stickers import StickerGates
+from lubdub.stickers import Prepared, StickerGates
 
 _STARTS_AT = {"read": 0.0, "clean": 0.1, "fit": 0.3, "choose": 0.6, "project": 0.9, "judge": 0.97}
 
@@ -140,6 +144,8 @@ def constants() -> str:
             StickerGates(),
             STICKERS,
             SuggestionSettings(),
+            (places.PLACES, places.NAVEL, places.NIPPLE),
+            StrainSettings(),
             Gates(),
         )
     )
@@ -179,4 +185,23 @@ def examined(chest: Chest, trunk_weight: np.ndarray) -> Examination:
         coverage=coverage,
         suggested={name: mark for name, mark in chest.landmarks.items() if mark.source != "given"},
         warnings=check.check_scan(chest.scan),
+    )
+
+
+def examined_unturned(ready: Prepared, guess: Similarity) -> Examination:
+    """What can be said of a scan whose shape does not show how it lies: its size, and where its stickers are.
+
+    guess: the rigid move that turns the scan the likeliest way. The origin is the middle of the upper, front edge.
+    """
+    turned = ready.scan.moved(Similarity(1.0, guess.rotation, np.zeros(3)))
+    low, high = np.percentile(turned.points, (0.5, 99.5), axis=0)
+    scan = turned.moved(Similarity(1.0, np.eye(3), -np.array([(low[0] + high[0]) / 2, high[1], high[2]])))
+    size = {"width_mm": high[0] - low[0], "length_mm": high[1] - low[1], "depth_mm": high[2] - low[2]}
+    stuck = {name: scan.body_from_file.apply(ready.marked[name]) for name in ready.by_sticker}
+    return Examination(
+        scan=scan,
+        size={name: float(value) for name, value in size.items()},
+        coverage=None,
+        suggested={name: Landmark(place, "sticker", SETTINGS.sticker_mm) for name, place in stuck.items()},
+        warnings=(LIE_UNCLEAR, *check.check_scan(scan)),
     )

@@ -5,8 +5,9 @@ from __future__ import annotations
 import ipaddress
 from pathlib import Path
 from typing import Literal, Self
+from urllib.parse import urlsplit
 
-from pydantic import Field, model_validator
+from pydantic import Field, SecretStr, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 PROJECT_FOLDER = Path(__file__).resolve().parents[2]
@@ -52,8 +53,45 @@ class Settings(BaseSettings):
 
     max_upload_mb: int = Field(default=300, ge=1, le=4096, description="Largest scan accepted, in megabytes.")
     session_hours: float = Field(default=72.0, gt=0, description="How long a family's browser session lasts, in hours.")
+    desk_idle_minutes: float = Field(
+        default=60.0, gt=0, description="A clinician who does nothing for so many minutes is signed out."
+    )
+    desk_session_hours: float = Field(
+        default=12.0, gt=0, description="A clinician signs in again after so many hours, whatever happens."
+    )
+    invitation_days: float = Field(
+        default=14.0, gt=0, description="Days for which a link that asks a family for a scan works."
+    )
+    oidc_issuer: str = Field(
+        default="",
+        description="Issuer of an organisation's own login (OpenID Connect), an https:// URL; empty: none. It opens "
+        "accounts whose e-mail address it vouches for.",
+    )
+    oidc_client_id: str = Field(default="", description="This service's name at that login.")
+    oidc_client_secret: SecretStr = Field(default=SecretStr(""), description="This service's secret at that login.")
+    oidc_name: str = Field(default="", max_length=80, description="That login's name, as clinicians know it.")
+
     retention_days: float = Field(default=30.0, gt=0, description="Days after which a case and its files are deleted.")
     requests_per_minute: int = Field(default=600, ge=1, description="Calls per minute for one key, session or address.")
+
+    clinic_name: str = Field(
+        default="",
+        max_length=80,
+        description="Who looks at results that families send, as families know them; empty: nobody, and they save the "
+        "sheet instead.",
+    )
+
+    fhir_names: str = Field(
+        default="https://lubdub.example/fhir",
+        description="First part of the names of our own FHIR code systems and identifiers; the same for every reader.",
+    )
+    snomed: bool = Field(
+        default=False, description="True to give SNOMED CT codings in FHIR; in many countries this needs a licence."
+    )
+
+    webhooks_to_private: bool = Field(
+        default=False, description="True to let webhooks call private addresses and http, in a closed network."
+    )
 
     worker_slots: int = Field(default=1, ge=1, le=64, description="Jobs one worker runs at the same moment.")
     job_memory_mb: int = Field(default=4096, ge=256, description="Address space of one job's process, in megabytes.")
@@ -75,6 +113,17 @@ class Settings(BaseSettings):
             )
         return self
 
+    @model_validator(mode="after")
+    def refuse_open_login(self) -> Self:
+        """Whoever can change what a login says can be anybody here."""
+        issuer = urlsplit(self.oidc_issuer)
+        is_safe = issuer.scheme == "https" or (issuer.scheme == "http" and is_loopback(issuer.hostname or ""))
+        if self.oidc_issuer and not is_safe:
+            raise ValueError("LUBDUB_OIDC_ISSUER must be an https:// address.")
+        if self.oidc_issuer and not self.oidc_client_id:
+            raise ValueError("LUBDUB_OIDC_ISSUER needs LUBDUB_OIDC_CLIENT_ID beside it.")
+        return self
+
     @property
     def is_https(self) -> bool:
         """Whether people reach the pages by https."""
@@ -87,6 +136,11 @@ class Settings(BaseSettings):
             return self.public_url.rstrip("/")
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"http://{host}:{self.port}"
+
+    @property
+    def desk_address(self) -> str:
+        """The address for clinicians: on this machine by its name, for browsers bind no passkey to a number."""
+        return self.address.replace("http://127.0.0.1:", "http://localhost:")
 
     @property
     def database(self) -> str:
@@ -115,4 +169,5 @@ class Settings(BaseSettings):
     def to_environment(self) -> dict[str, str]:
         """The same settings as environment variables, for a process started beside this one."""
         told = self.model_dump(mode="json", exclude_none=True)
+        told["oidc_client_secret"] = self.oidc_client_secret.get_secret_value()
         return {f"LUBDUB_{name.upper()}": str(value) for name, value in told.items()}

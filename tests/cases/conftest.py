@@ -12,6 +12,9 @@ from lubdub.cases.database import Database
 from lubdub.cases.files import FileVault
 from lubdub.cases.people import People
 from lubdub.cases.privacy import Privacy
+from lubdub.cases.review import Reviews
+from lubdub.cases.reviewing import Reviewer
+from lubdub.cases.staff import Staff, Times, open_staff
 from lubdub.cases.store import CaseStore
 from lubdub.cases.values import Actor, NewCase
 from lubdub.cases.work import WorkDesk
@@ -30,11 +33,17 @@ class Room:
     desk: WorkDesk
     privacy: Privacy
     people: People
+    reviews: Reviews
+    staff: Staff
 
     def portal(self, name: str = "clinic") -> Actor:
         """Somebody with a key."""
         key, _ = self.people.create_key(name, ["cases:read", "cases:write"])
         return Actor("key", key.id, key.tenant_id)
+
+    def clinician(self, portal: Actor, name: str = "Dr. Mori") -> Reviewer:
+        """Somebody at the desk of a portal's organisation."""
+        return Reviewer(Actor("clinician", name.lower(), portal.tenant_id), name)
 
     def family(self) -> Actor:
         """Somebody with a browser."""
@@ -55,6 +64,8 @@ def room(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Room]:
             desk=WorkDesk(database, vault),
             privacy=Privacy(database, vault),
             people=People(database),
+            reviews=Reviews(database, vault),
+            staff=open_staff(database, vault, Times()),
         )
         database.close()
 

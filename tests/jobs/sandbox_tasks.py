@@ -33,7 +33,7 @@ def say_whether_warm(payload: bytes, progress: Progress) -> bytes:
 
 
 def unreadable(payload: bytes, progress: Progress) -> bytes:
-    raise ScanUnreadable("This is no scan.")
+    raise ScanUnreadable(Reason("unreadable_file", "This is no scan.", "Send another."))
 
 
 def refused(payload: bytes, progress: Progress) -> bytes:

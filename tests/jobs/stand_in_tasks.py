@@ -50,7 +50,7 @@ def _obey(order: str, progress: Progress) -> None:
         while True:
             pass
     elif word == "junk":
-        raise ScanUnreadable("This file is no body scan.")
+        raise ScanUnreadable(Reason("unreadable_file", "This file is no body scan.", "Send another one."))
     elif word == "refuse":
         raise ScanRefused(MIRRORED)
     elif word == "bug":

@@ -12,7 +12,7 @@ from lubdub.cases.store import Asked
 from lubdub.cases.values import Actor, Job
 from lubdub.jobs.bundle import Bundle
 from lubdub.jobs.sandbox import ChildResult, Limits
-from lubdub.jobs.work import JobSettings, TaskNames, Workbench
+from lubdub.jobs.work import BREAKS_READER, JobSettings, TaskNames, Workbench
 from lubdub.results import Progress
 from tests.cases.conftest import Room, girl_of_six, room
 
@@ -82,7 +82,7 @@ def test_the_child_gets_the_scan_and_what_was_said_and_nothing_that_names_the_ca
     [
         (ChildResult("ok", EXAMINED.to_bytes()), "awaiting_landmarks", None),
         (ChildResult("refused", json.dumps(REASON).encode()), "refused", "mirrored_scan"),
-        (ChildResult("unreadable", detail="No scan."), "refused", "unreadable_file"),
+        (ChildResult("unreadable", json.dumps(BREAKS_READER.to_json()).encode()), "refused", "unreadable_file"),
         (ChildResult("crashed"), "refused", "unreadable_file"),
         (ChildResult("memory"), "refused", "unreadable_file"),
         (ChildResult("timeout"), "refused", "unreadable_file"),

@@ -22,13 +22,27 @@ from lubdub.cases.sealing import (
     FrameSealer,
     MasterKeyUnusable,
     load_master_key,
+    note_key,
     open_frames,
     unwrap_key,
     wrap_key,
 )
 
 Artefact = Literal[
-    "scan", "examination.npz", "examination.json", "scan.ply", "outcome.npz", "result.json", "view.html", "marks.json"
+    "scan",
+    "examination.npz",
+    "examination.json",
+    "scan.ply",
+    "outcome.npz",
+    "result.json",
+    "view.html",
+    "view.es.html",
+    "view.ja.html",
+    "reviewed.html",
+    "reviewed.es.html",
+    "reviewed.ja.html",
+    "marks.json",
+    "part of scan",
 ]
 PART = 5 << 20
 """Bytes held back by the writer: the smallest part an S3 upload may have."""
@@ -100,6 +114,10 @@ class FileVault:
         """The artefact's bytes, a frame at a time. Raises FileNotFound at once, SealBroken while reading."""
         return self._stream(case_id, artefact, self._object_key(case_id, artefact))
 
+    def stream_object(self, case_id: str, artefact: Artefact, object_key: str) -> Iterator[bytes]:
+        """The bytes of a sealed object that no artefact points at. Raises SealBroken."""
+        return self._stream(case_id, artefact, object_key)
+
     def _object_key(self, case_id: str, artefact: Artefact) -> str:
         with self._database.reading() as session:
             row = session.get(FileRow, (case_id, artefact))
@@ -163,6 +181,14 @@ class FileVault:
         if wrapped is None:
             raise FileNotFound("the case's key is destroyed")
         return unwrap_key(self._master, wrapped, case_id)
+
+    def sealed_note(self, about: str, note: bytes) -> bytes:
+        """A few bytes that belong to no case, sealed for the database. about: what they are, and whose."""
+        return wrap_key(note_key(self._master), note, about)
+
+    def unsealed_note(self, about: str, sealed: bytes) -> bytes:
+        """The bytes back. Raises SealBroken when they were changed or belong elsewhere."""
+        return unwrap_key(note_key(self._master), sealed, about)
 
     def new_wrapped_key(self, case_id: str) -> bytes:
         """A fresh data key for a new case, sealed under the master key."""

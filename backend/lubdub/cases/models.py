@@ -35,12 +35,18 @@ class Base(DeclarativeBase):
 
 
 class TenantRow(Base):
-    """A portal's organisation, or `families` for everybody without one."""
+    """An organisation with its portals and clinicians, or `families` for everybody without one.
+
+    takes_families: whether its clinicians see what families of no organisation send for review.
+    """
 
     __tablename__ = "tenants"
     id: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
     name: Mapped[str] = mapped_column(sa.String(200), unique=True)
     created_at: Mapped[datetime]
+    is_sandbox: Mapped[bool] = mapped_column(server_default=sa.false())
+    takes_families: Mapped[bool] = mapped_column(server_default=sa.false())
+    embed_origins: Mapped[list[str] | None] = mapped_column(sa.JSON(none_as_null=True))
 
 
 class PortalKeyRow(Base):
@@ -56,20 +62,45 @@ class PortalKeyRow(Base):
     created_at: Mapped[datetime]
     last_used_at: Mapped[datetime | None]
     revoked_at: Mapped[datetime | None]
+    expires_at: Mapped[datetime | None]
+
+
+class AccessTokenRow(Base):
+    """A short-lived token that a key was exchanged for, known only by its hash; it ends with its key."""
+
+    __tablename__ = "access_tokens"
+    token_sha256: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
+    key_id: Mapped[str] = mapped_column(sa.ForeignKey("portal_keys.id"))
+    scopes: Mapped[list[str]]
+    expires_at: Mapped[datetime]
+
+
+class DraftRow(Base):
+    """What a family has answered before there is a case, sealed under a key of the session's own."""
+
+    __tablename__ = "drafts"
+    session_id: Mapped[str] = mapped_column(sa.ForeignKey("family_sessions.id"), primary_key=True)
+    sealed: Mapped[bytes]
+    updated_at: Mapped[datetime]
 
 
 class FamilySessionRow(Base):
-    """A browser's session, known only by the hash of its cookie."""
+    """A browser's session, known only by the hash of its cookie. portal_id: in whose page it lives, if in any."""
 
     __tablename__ = "family_sessions"
     id: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
     token_sha256: Mapped[str] = mapped_column(sa.String(64), unique=True)
     created_at: Mapped[datetime]
     expires_at: Mapped[datetime]
+    portal_id: Mapped[str | None] = mapped_column(sa.ForeignKey("tenants.id"))
 
 
 class CaseRow(Base):
-    """The truth about a case. A deleted one keeps its id, its tenant and its receipt, nothing about the person."""
+    """The truth about a case. A deleted one keeps its id, its tenant and its receipt, nothing about the person.
+
+    is_sent: whether it was handed to the clinicians, and neither taken back nor changed by the family since. sharing:
+    the separate yes to keeping the shape as a reference body.
+    """
 
     __tablename__ = "cases"
     id: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
@@ -94,6 +125,12 @@ class CaseRow(Base):
     updated_at: Mapped[datetime]
     deleted_at: Mapped[datetime | None]
     receipt_sha256: Mapped[str | None] = mapped_column(sa.String(64))
+    person: Mapped[str] = mapped_column(sa.String(16), server_default="child")
+    consent: Mapped[dict[str, Any] | None]
+    guide_app: Mapped[str | None] = mapped_column(sa.String(32))
+    guide_is_read: Mapped[bool] = mapped_column(server_default=sa.false())
+    is_sent: Mapped[bool] = mapped_column(server_default=sa.false())
+    sharing: Mapped[dict[str, Any] | None]
 
 
 class CaseEventRow(Base):
@@ -108,7 +145,7 @@ class CaseEventRow(Base):
 
 
 class IdempotencyRow(Base):
-    """A call that must not happen twice: the caller's key, the body it came with, and the case it made."""
+    """A call that must not happen twice: the caller's key, the call it came with, and what it made or changed."""
 
     __tablename__ = "idempotency_keys"
     owner: Mapped[str] = mapped_column(sa.String(140), primary_key=True)
@@ -150,6 +187,39 @@ class FileRow(Base):
     object_key: Mapped[str] = mapped_column(sa.String(64), unique=True)
     size: Mapped[int] = mapped_column(sa.BigInteger)
     created_at: Mapped[datetime]
+
+
+class UploadRow(Base):
+    """A scan on its way in, piece by piece, until `length` bytes are there."""
+
+    __tablename__ = "uploads"
+    id: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
+    case_id: Mapped[str] = mapped_column(sa.ForeignKey("cases.id"), index=True)
+    length: Mapped[int] = mapped_column(sa.BigInteger)
+    unit: Mapped[str | None] = mapped_column(sa.String(8))
+    expires_at: Mapped[datetime]
+
+
+class UploadPartRow(Base):
+    """One piece that arrived: where it begins in the file, and the sealed object that holds it."""
+
+    __tablename__ = "upload_parts"
+    upload_id: Mapped[str] = mapped_column(sa.ForeignKey("uploads.id"), primary_key=True)
+    start: Mapped[int] = mapped_column(sa.BigInteger, primary_key=True, autoincrement=False)
+    object_key: Mapped[str] = mapped_column(sa.String(64), unique=True)
+    size: Mapped[int] = mapped_column(sa.BigInteger)
+
+
+class LinkRow(Base):
+    """A link that works once, known only by the hash of its secret. purpose: what it is for, such as `handoff`."""
+
+    __tablename__ = "links"
+    id: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
+    purpose: Mapped[str] = mapped_column(sa.String(16))
+    case_id: Mapped[str] = mapped_column(sa.ForeignKey("cases.id"), index=True)
+    token_sha256: Mapped[str] = mapped_column(sa.String(64), unique=True)
+    expires_at: Mapped[datetime]
+    used_at: Mapped[datetime | None]
 
 
 class WorkerRow(Base):

@@ -15,10 +15,12 @@ from lubdub.cases.database import Database
 from lubdub.cases.models import FamilySessionRow, PortalKeyRow, TenantRow
 from lubdub.cases.values import SYSTEM, FamilySession, PortalKey
 
-SCOPES = ("cases:read", "cases:write")
+SCOPES = ("cases:read", "cases:write", "keys:manage", "webhooks:manage")
 TOKEN_BYTES = 32
 KEY_PREFIX = "lubdub_"
 """Lets secret scanners recognise a key that was committed or posted by mistake."""
+SANDBOX_PREFIX = "lubdub_test_"
+"""Of a key that opens made-up cases alone; scanners may be calmer about it."""
 SEEN_EVERY = timedelta(minutes=1)
 """`last_used_at` is exact to a minute, so that reading does not write at every call."""
 
@@ -35,39 +37,31 @@ class People:
         """Over an open database."""
         self._database = database
 
-    def create_key(self, name: str, scopes: Sequence[str]) -> tuple[PortalKey, str]:
+    def create_key(self, name: str, scopes: Sequence[str], is_sandbox: bool = False) -> tuple[PortalKey, str]:
         """A new key for the portal called name (made when new), and its token, shown this once.
 
-        Raises ValueError for a scope that does not exist.
+        is_sandbox: for made-up cases alone, in a tenant of their own. Raises ValueError for an unknown scope.
         """
         unknown = sorted(set(scopes) - set(SCOPES))
         if unknown or not scopes:
-            raise ValueError(f"Scopes are {' and '.join(SCOPES)}; not {', '.join(unknown) or 'none at all'}.")
-        token = KEY_PREFIX + secrets.token_urlsafe(TOKEN_BYTES)
-        moment = now()
+            raise ValueError(f"Scopes are {', '.join(SCOPES)}; not {', '.join(unknown) or 'none at all'}.")
+        tenant_name = f"{name} (sandbox)" if is_sandbox else name
         with self._database.writing() as session:
-            tenant = session.scalar(sa.select(TenantRow).where(TenantRow.name == name))
+            tenant = session.scalar(sa.select(TenantRow).where(TenantRow.name == tenant_name))
             if tenant is None:
-                tenant = TenantRow(id=secrets.token_hex(8), name=name, created_at=moment)
+                tenant = TenantRow(id=secrets.token_hex(8), name=tenant_name, created_at=now(), is_sandbox=is_sandbox)
                 session.add(tenant)
                 session.flush()
-            row = PortalKeyRow(
-                id=secrets.token_hex(8),
-                tenant_id=tenant.id,
-                name=name,
-                prefix=token[: len(KEY_PREFIX) + 6],
-                token_sha256=token_sha256(token),
-                scopes=sorted(set(scopes)),
-                created_at=moment,
-            )
+            row, token = new_key(tenant, name, scopes)
             session.add(row)
-            audit.append(self._database, session, SYSTEM, "key.create", None, moment, row.id)
-            return _key(row), token
+            audit.append(self._database, session, SYSTEM, "key.create", None, row.created_at, row.id)
+            return key_value(row, tenant), token
 
     def list_keys(self) -> list[PortalKey]:
         """All keys, oldest first, revoked ones too."""
         with self._database.reading() as session:
-            return [_key(row) for row in session.scalars(sa.select(PortalKeyRow).order_by(PortalKeyRow.created_at))]
+            query = sa.select(PortalKeyRow, TenantRow).join(TenantRow).order_by(PortalKeyRow.created_at)
+            return [key_value(row, tenant) for row, tenant in session.execute(query)]
 
     def revoke_key(self, key_id: str) -> bool:
         """End a key for good. False when there is no such living key."""
@@ -82,22 +76,31 @@ class People:
 
     def key_of(self, token: str) -> PortalKey | None:
         """The living key behind a bearer token, or None."""
-        living = sa.select(PortalKeyRow).where(
-            PortalKeyRow.token_sha256 == token_sha256(token), PortalKeyRow.revoked_at.is_(None)
-        )
+        return self.seen(PortalKeyRow.token_sha256 == token_sha256(token))
+
+    def seen(self, which: sa.ColumnElement[bool]) -> PortalKey | None:
+        """The living key of which that is true, now noted as used; None when there is none."""
         moment = now()
+        living = (
+            sa.select(PortalKeyRow, TenantRow)
+            .join(TenantRow)
+            .where(which, PortalKeyRow.revoked_at.is_(None))
+            .where(sa.or_(PortalKeyRow.expires_at.is_(None), PortalKeyRow.expires_at > moment))
+        )
         with self._database.reading() as session:
-            row = session.scalar(living)
-            if row is None:
+            found = session.execute(living).first()
+            if found is None:
                 return None
+            row, tenant = found
             if row.last_used_at is not None and moment - row.last_used_at < SEEN_EVERY:
-                return _key(row)
+                return key_value(row, tenant)
         with self._database.writing() as session:
-            row = session.scalar(living)
-            if row is None:
+            found = session.execute(living).first()
+            if found is None:
                 return None
+            row, tenant = found
             row.last_used_at = moment
-            return _key(row)
+            return key_value(row, tenant)
 
     def open_session(self, hours: float) -> FamilySession:
         """A new browser session that lasts so many hours."""
@@ -119,7 +122,9 @@ class People:
         )
         with self._database.reading() as session:
             row = session.scalar(query)
-            return None if row is None else FamilySession(row.id, token, row.expires_at)
+            if row is None or row.portal_id is None:
+                return None if row is None else FamilySession(row.id, token, row.expires_at)
+            return embedded_session(row, token, session.get_one(TenantRow, row.portal_id))
 
     def end_session(self, session_id: str) -> None:
         """Make a session's cookie worthless."""
@@ -129,7 +134,30 @@ class People:
             )
 
 
-def _key(row: PortalKeyRow) -> PortalKey:
+def embedded_session(row: FamilySessionRow, token: str, portal: TenantRow) -> FamilySession:
+    """The session of a frame in the portal's page."""
+    origins = tuple(portal.embed_origins or ())
+    return FamilySession(row.id, token, row.expires_at, origins, is_embedded=True, is_sandbox=portal.is_sandbox)
+
+
+def new_key(tenant: TenantRow, name: str, scopes: Sequence[str]) -> tuple[PortalKeyRow, str]:
+    """The row of a new key of the tenant, and its token."""
+    prefix = SANDBOX_PREFIX if tenant.is_sandbox else KEY_PREFIX
+    token = prefix + secrets.token_urlsafe(TOKEN_BYTES)
+    row = PortalKeyRow(
+        id=secrets.token_hex(8),
+        tenant_id=tenant.id,
+        name=name,
+        prefix=token[: len(prefix) + 6],
+        token_sha256=token_sha256(token),
+        scopes=sorted(set(scopes)),
+        created_at=now(),
+    )
+    return row, token
+
+
+def key_value(row: PortalKeyRow, tenant: TenantRow) -> PortalKey:
+    """The row as the value this room hands out."""
     return PortalKey(
         id=row.id,
         tenant_id=row.tenant_id,
@@ -139,4 +167,6 @@ def _key(row: PortalKeyRow) -> PortalKey:
         created_at=row.created_at,
         last_used_at=row.last_used_at,
         revoked_at=row.revoked_at,
+        expires_at=row.expires_at,
+        is_sandbox=tenant.is_sandbox,
     )

@@ -9,23 +9,31 @@ from datetime import datetime
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
-from lubdub.cases import audit
+from lubdub.cases import audit, outbox
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import CaseNotFound
-from lubdub.cases.models import CaseEventRow, CaseRow, FileRow
+from lubdub.cases.models import CaseEventRow, CaseRow, FileRow, TenantRow
 from lubdub.cases.states import JobKind, Status
-from lubdub.cases.values import FAMILIES, Actor, Case, Job
+from lubdub.cases.values import FAMILIES, Actor, Case, Guide, Job
 
 
 def visible_to(actor: Actor) -> sa.ColumnElement[bool]:
-    """Which rows an actor may know of: a portal its tenant's, a family its own session's, the system all."""
+    """Which rows an actor may know of: a portal or clinician the tenant's, a family its own session's, the system all.
+
+    Clinicians of the organisation that takes families also see what these sent, until they take it back
+    or change it.
+    """
     living = CaseRow.deleted_at.is_(None)
     if actor.kind == "system":
         return living
+    if actor.kind == "family":
+        return living & (CaseRow.owner_session_id == actor.id)
+    own = CaseRow.tenant_id == actor.tenant_id
     if actor.kind == "key":
-        return living & (CaseRow.tenant_id == actor.tenant_id)
-    return living & (CaseRow.tenant_id == FAMILIES) & (CaseRow.owner_session_id == actor.id)
+        return living & own
+    takes = sa.exists().where(TenantRow.id == actor.tenant_id, TenantRow.takes_families)
+    return living & (own | ((CaseRow.tenant_id == FAMILIES) & CaseRow.is_sent & takes))
 
 
 def find(session: Session, actor: Actor, case_id: str, *, to_change: bool = False) -> CaseRow:
@@ -54,6 +62,7 @@ def take(database: Database, session: Session, row: CaseRow, actor: Actor, step:
     row.status, row.stage, row.fraction = step.status, step.stage, step.fraction
     row.reason = None if step.reason is None else dict(step.reason)
     add_event(session, row, "status", moment)
+    outbox.tell(session, row.tenant_id, row.id, row.status, moment)
     audit.append(database, session, actor, step.action, row.id, moment, step.status)
 
 
@@ -106,4 +115,9 @@ def to_value(session: Session, row: CaseRow) -> Case:
         updated_at=row.updated_at,
         has_scan=has_file(session, row.id, "scan"),
         is_checked=has_file(session, row.id, "examination.npz"),
+        person=row.person,  # type: ignore[arg-type]
+        consent=row.consent,
+        guide=Guide(row.guide_app, row.guide_is_read),
+        is_sent=row.is_sent,
+        is_shared=row.sharing is not None,
     )

@@ -15,8 +15,8 @@ STOP_REASONS: dict[StopQuestion, Reason] = {
     ),
     "chest_operation_or_device": Reason(
         "chest_operation_or_device",
-        "After a chest operation, or with a device or an unusual chest shape, the places found from the skin "
-        "can be wrong.",
+        "The places found from the skin can be wrong after a chest operation. A device or an unusual chest shape can "
+        "do the same.",
         "Ask the clinician who knows this chest where to listen, and keep clear of wounds and devices.",
     ),
     "late_pregnancy": Reason(
@@ -35,7 +35,7 @@ UNSURE_REASONS: dict[StopQuestion, Reason] = {
     ),
     "chest_operation_or_device": Reason(
         "unsure_chest_operation_or_device",
-        "Nobody was sure whether there was a chest operation, or there is a device or an unusual chest shape.",
+        "Nobody was sure if the chest was operated on, or has a device or an odd shape.",
         _ASK_FIRST,
     ),
     "late_pregnancy": Reason("unsure_late_pregnancy", "Nobody was sure whether this is a late pregnancy.", _ASK_FIRST),

@@ -75,6 +75,11 @@ def unwrap_key(master: bytes, wrapped: bytes, case_id: str) -> bytes:
         raise SealBroken("the case's key does not open with this master key") from error
 
 
+def note_key(master: bytes) -> bytes:
+    """The key for short notes in the database, so that the master key itself never meets them."""
+    return HKDF(SHA256(), KEY_BYTES, salt=None, info=b"lubdub note 1").derive(master)
+
+
 class FrameSealer:
     """Turns a stream of bytes into sealed frames; feed it with `add`, end it with `last`."""
 

@@ -4,35 +4,25 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from datetime import timedelta
+from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import Literal
 
 import sqlalchemy as sa
 from sqlalchemy.exc import IntegrityError
-from sqlalchemy.orm import Session
 
 from lubdub.cases import audit
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
-from lubdub.cases.errors import IdempotencyMismatch, StateConflict
+from lubdub.cases.errors import StateConflict
+from lubdub.cases.family_invitations import belong
 from lubdub.cases.files import OF_CHECK, OF_SCAN, FileVault, Sealed, attach, detach
-from lubdub.cases.models import CaseEventRow, CaseKeyRow, CaseRow, IdempotencyRow
+from lubdub.cases.models import CaseEventRow, CaseKeyRow, CaseRow
+from lubdub.cases.repeating import Repeatable, remember, remembered
 from lubdub.cases.rows import Step, find, has_file, new_job, take, to_value, visible_to
 from lubdub.cases.screening import stop_reason
-from lubdub.cases.states import AFTER_CANCEL, TAKES_LANDMARKS, TAKES_SCAN
-from lubdub.cases.values import Actor, Case, CaseEvent, Job, NewCase
-
-REMEMBERED = timedelta(hours=24)
-"""How long an idempotency key is honoured."""
-
-
-@dataclass(frozen=True)
-class Repeatable:
-    """A caller's idempotency key and the SHA-256 of the body it came with."""
-
-    key: str
-    body_sha256: str
+from lubdub.cases.states import AFTER_CANCEL, IN_WORK, TAKES_LANDMARKS, TAKES_SCAN, Status
+from lubdub.cases.values import Actor, Case, CaseEvent, Guide, Job, NewCase
 
 
 @dataclass(frozen=True)
@@ -42,6 +32,14 @@ class Asked:
     landmarks: Mapping[str, Sequence[float]]
     unit: Literal["m", "cm", "mm"] | None = None
     method: Literal["lubdub", "paper", "rule"] = "lubdub"
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How long a case has been in its state, and its place in the queue."""
+
+    since: datetime
+    ahead: int
 
 
 class CaseStore:
@@ -56,7 +54,7 @@ class CaseStore:
         """Open a case; the flag is False when an earlier call with the same idempotency key opened it.
 
         A stop question answered yes makes a case that is refused from the start.
-        Raises IdempotencyMismatch when the key came with another body.
+        Raises IdempotencyMismatch when the key came with another call.
         """
         try:
             return self._create(actor, new, repeatable)
@@ -67,10 +65,11 @@ class CaseStore:
 
     def _create(self, actor: Actor, new: NewCase, repeatable: Repeatable | None) -> tuple[Case, bool]:
         with self._database.writing() as session:
-            known = None if repeatable is None else self._remembered(session, actor, repeatable)
+            known = remembered(session, actor, repeatable)
             if known is not None:
                 return to_value(session, find(session, actor, known)), False
             row = _new_row(actor, new)
+            belong(session, row, actor, new)
             session.add(row)
             session.flush()
             session.add(
@@ -81,16 +80,7 @@ class CaseStore:
             if reason is not None:
                 step = Step("refused", "case.create", reason=reason.to_json())
             take(self._database, session, row, actor, step)
-            if repeatable is not None:
-                session.add(
-                    IdempotencyRow(
-                        owner=actor.name,
-                        key=repeatable.key,
-                        body_sha256=repeatable.body_sha256,
-                        case_id=row.id,
-                        created_at=row.created_at,
-                    )
-                )
+            remember(session, actor, repeatable, row.id)
             session.flush()
             return to_value(session, row), True
 
@@ -98,6 +88,12 @@ class CaseStore:
         """The case as it stands."""
         with self._database.reading() as session:
             return to_value(session, find(session, actor, case_id))
+
+    def has(self, actor: Actor, case_id: str) -> bool:
+        """Whether the actor may know of the case."""
+        with self._database.reading() as session:
+            query = sa.select(CaseRow.id).where(CaseRow.id == case_id, visible_to(actor))
+            return session.scalar(query) is not None
 
     def note_reading(self, actor: Actor, case_id: str, action: str) -> Case:
         """The case, with a line in the audit trail that the actor looks at something of the person's body."""
@@ -129,7 +125,7 @@ class CaseStore:
             _must_take_scan(row)
             dropped = detach(session, case_id)
             attach(session, case_id, {"scan": scan})
-            row.unit, row.landmarks = unit, None
+            row.unit, row.landmarks, row.is_sent = unit, None, False
             job = new_job(row, "check")
             take(self._database, session, row, actor, Step("checking", "scan.receive"))
             case = to_value(session, row)
@@ -144,30 +140,43 @@ class CaseStore:
             if not has_file(session, case_id, "scan"):
                 raise StateConflict("There is no scan yet. Send it first.")
             dropped = detach(session, case_id, but=OF_SCAN)
-            row.unit, row.landmarks = unit, None
+            row.unit, row.landmarks, row.is_sent = unit, None, False
             job = new_job(row, "check")
             take(self._database, session, row, actor, Step("checking", "scan.unit"))
             case = to_value(session, row)
         self._vault.discard(case_id, dropped)
         return case, job
 
-    def place_landmarks(self, actor: Actor, case_id: str, asked: Asked) -> tuple[Case, Job]:
+    def place_landmarks(
+        self, actor: Actor, case_id: str, asked: Asked, repeatable: Repeatable | None = None
+    ) -> tuple[Case, Job | None]:
         """Take the landmarks and ask for a run; an older run's result is dropped at once.
 
+        No job when an earlier call with the same idempotency key asked for it.
         Raises StateConflict before the scan's check went well.
         """
         with self._database.writing() as session:
             row = find(session, actor, case_id, to_change=True)
+            if remembered(session, actor, repeatable) is not None:
+                return to_value(session, row), None
             if row.status not in TAKES_LANDMARKS or not has_file(session, case_id, "examination.npz"):
                 raise StateConflict(f"Landmarks cannot be placed while the case is {_words(row.status)}.")
             dropped = detach(session, case_id, but=OF_SCAN + OF_CHECK)
             row.landmarks = {name: list(place) for name, place in asked.landmarks.items()}
-            row.unit, row.method = asked.unit or row.unit, asked.method
+            row.unit, row.method, row.is_sent = asked.unit or row.unit, asked.method, False
             job = new_job(row, "locate")
             take(self._database, session, row, actor, Step("queued", "landmarks.place"))
+            remember(session, actor, repeatable, row.id)
             case = to_value(session, row)
         self._vault.discard(case_id, dropped)
         return case, job
+
+    def note_guide(self, actor: Actor, case_id: str, guide: Guide) -> Case:
+        """Remember how far the family has come with the instructions for making a scan."""
+        with self._database.writing() as session:
+            row = find(session, actor, case_id, to_change=True)
+            row.guide_app, row.guide_is_read = guide.app, guide.is_read
+            return to_value(session, row)
 
     def cancel(self, actor: Actor, case_id: str) -> tuple[Case, Job | None]:
         """Stop what is at work and step back; the job that was current, if any. A case at rest stays as it is."""
@@ -178,9 +187,42 @@ class CaseStore:
                 raise StateConflict(f"Nothing is at work: the case is {_words(row.status)}.")
             kind: Literal["check", "locate"] = "check" if row.status == "checking" else "locate"
             stopped = Job(row.job_id, row.id, kind)
-            row.job_id = None
+            row.job_id, row.is_sent = None, False
             take(self._database, session, row, actor, Step(before, "job.cancel"))
             return to_value(session, row), stopped
+
+    def send_for_review(self, actor: Actor, case_id: str) -> Case:
+        """Hand the result to the clinician. Sent twice, it was sent once. Raises StateConflict before there is one."""
+        return self._review(actor, case_id, Step("in_review", "review.send"), came_from="done")
+
+    def take_back(self, actor: Actor, case_id: str) -> Case:
+        """Undo the sending, so that points or scan can be changed. Raises StateConflict when there is no result."""
+        return self._review(actor, case_id, Step("done", "review.take_back"), came_from="in_review")
+
+    def _review(self, actor: Actor, case_id: str, step: Step, came_from: Status) -> Case:
+        with self._database.writing() as session:
+            row = find(session, actor, case_id, to_change=True)
+            if row.status == came_from:
+                row.is_sent = step.status == "in_review"
+                take(self._database, session, row, actor, replace(step, fraction=row.fraction))
+            elif row.status != step.status:
+                raise StateConflict(f"There is no result to send while the case is {_words(row.status)}.")
+            return to_value(session, row)
+
+    def standing(self, actor: Actor, case_id: str) -> Standing:
+        """Since when the case is in its state, and how many cases are at work before it."""
+        with self._database.reading() as session:
+            row = find(session, actor, case_id)
+            since = session.scalar(
+                sa.select(CaseEventRow.at)
+                .where(CaseEventRow.case_id == case_id, CaseEventRow.kind == "status")
+                .order_by(CaseEventRow.sequence.desc())
+                .limit(1)
+            )
+            before = sa.or_(CaseRow.stage.is_not(None), CaseRow.updated_at < row.updated_at)
+            at_work = sa.and_(CaseRow.status.in_(IN_WORK), CaseRow.deleted_at.is_(None), CaseRow.id != case_id)
+            ahead = session.scalar(sa.select(sa.func.count()).select_from(CaseRow).where(at_work, before))
+            return Standing(since or row.updated_at, 0 if row.stage else ahead or 0)
 
     def events_after(self, actor: Actor, case_id: str, sequence: int, limit: int = 100) -> list[CaseEvent]:
         """What happened after the event with this number, in order."""
@@ -197,18 +239,6 @@ class CaseStore:
                 for row in session.scalars(query)
             ]
 
-    def _remembered(self, session: Session, actor: Actor, repeatable: Repeatable) -> str | None:
-        row = session.get(IdempotencyRow, (actor.name, repeatable.key))
-        if row is None:
-            return None
-        if row.created_at < now() - REMEMBERED:
-            session.delete(row)
-            session.flush()
-            return None
-        if row.body_sha256 != repeatable.body_sha256:
-            raise IdempotencyMismatch(repeatable.key)
-        return row.case_id
-
 
 def _new_row(actor: Actor, new: NewCase) -> CaseRow:
     moment = now()
@@ -222,6 +252,10 @@ def _new_row(actor: Actor, new: NewCase) -> CaseRow:
         age_years=new.age_years,
         sex=new.sex,
         posture=new.posture,
+        person=new.person,
+        consent=None if new.consent is None else new.consent.to_json(),
+        guide_is_read=False,
+        is_sent=False,
         answers=dict(new.answers),
         method="lubdub",
         job_number=0,

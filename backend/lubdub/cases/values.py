@@ -11,18 +11,23 @@ from lubdub.cases.states import JobKind, Status
 
 Answer = Literal["no", "yes", "unsure"]
 StopQuestion = Literal["heart_on_right", "chest_operation_or_device", "late_pregnancy"]
+Person = Literal["child", "self", "other", "sample"]
+"""Who lies on the scan, seen from whoever has the pages before them; a sample is a made-up body."""
 
 
 @dataclass(frozen=True)
 class Actor:
-    """Who asks. kind `key` is a portal (id: its key), `family` a browser session, `system` Lubdub itself.
+    """Who asks. kind `key` is a portal (id: its key), `clinician` somebody at the desk, `family` a browser session,
+    `system` Lubdub itself.
 
-    A portal sees every case of its tenant; a family only those its own session opened.
+    Portals and clinicians see every case of their tenant; a family only those of its own session. In a sandbox nobody
+    is real.
     """
 
-    kind: Literal["key", "family", "system"]
+    kind: Literal["key", "clinician", "family", "system"]
     id: str
     tenant_id: str
+    is_sandbox: bool = False
 
     @property
     def name(self) -> str:
@@ -34,14 +39,49 @@ SYSTEM = Actor("system", "lubdub", "")
 
 
 @dataclass(frozen=True)
+class Consent:
+    """A yes to taking and keeping a scan. version: of the words agreed to; language: they were read in.
+
+    child: what the child said when asked: `agreed`, `too_young` to be asked, or None when there is no child.
+    """
+
+    version: str
+    language: str
+    given_at: datetime
+    child: Literal["agreed", "too_young"] | None = None
+
+    def to_json(self) -> dict[str, str | None]:
+        """As it is kept."""
+        return {
+            "version": self.version,
+            "language": self.language,
+            "given_at": self.given_at.isoformat(),
+            "child": self.child,
+        }
+
+
+@dataclass(frozen=True)
 class NewCase:
-    """What is said when a case is opened. age_years: 0 to 120, fractions for babies."""
+    """What is said when a case is opened. age_years: 0 to 120, fractions for babies.
+
+    consent: a family's case cannot be opened without it, but for a made-up sample; portals keep their own.
+    """
 
     age_years: float
     sex: Literal["female", "male"]
     posture: Literal["supine", "sitting"]
     answers: Mapping[StopQuestion, Answer] = field(default_factory=dict)
     external_id: str | None = None
+    person: Person = "child"
+    consent: Consent | None = None
+
+
+@dataclass(frozen=True)
+class Guide:
+    """How far the family has come with the instructions for making a scan. app: the one chosen, or None."""
+
+    app: str | None = None
+    is_read: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,6 +108,11 @@ class Case:
     updated_at: datetime
     has_scan: bool
     is_checked: bool
+    person: Person = "child"
+    consent: Mapping[str, str | None] | None = None
+    guide: Guide = field(default_factory=Guide)
+    is_sent: bool = False
+    is_shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,7 +144,10 @@ class Receipt:
 
 @dataclass(frozen=True)
 class PortalKey:
-    """A portal's key as listed; the token itself is shown once and never stored."""
+    """A portal's key as listed; the token itself is shown once and never stored.
+
+    expires_at: when a key that was rotated stops working, None when it was not.
+    """
 
     id: str
     tenant_id: str
@@ -109,20 +157,33 @@ class PortalKey:
     created_at: datetime
     last_used_at: datetime | None
     revoked_at: datetime | None
+    expires_at: datetime | None = None
+    is_sandbox: bool = False
+
+    @property
+    def actor(self) -> Actor:
+        """The portal that acts with this key."""
+        return Actor("key", self.id, self.tenant_id, self.is_sandbox)
 
 
 @dataclass(frozen=True)
 class FamilySession:
-    """A browser that opened cases without an account. token is known only while it is presented."""
+    """A browser that has cases without an account. token is known only while it is presented.
+
+    An embedded one lives in a frame of a portal's page, on one of the origins.
+    """
 
     id: str
     token: str
     expires_at: datetime
+    origins: tuple[str, ...] = ()
+    is_embedded: bool = False
+    is_sandbox: bool = False
 
     @property
     def actor(self) -> Actor:
         """The one who acts in this session."""
-        return Actor("family", self.id, FAMILIES)
+        return Actor("family", self.id, FAMILIES, self.is_sandbox)
 
 
 FAMILIES = "families"

@@ -69,7 +69,10 @@ class WorkDesk:
                 add_event(session, row, "progress", now())
 
     def hand_in(self, job: Job, handed: Handed) -> bool:
-        """Store the result, once: files and state change together. False when nobody waits for it any more."""
+        """Store the result, once: files and state change together. False when nobody waits for it any more.
+
+        A run that a clinician asked for goes back to the clinician.
+        """
         if not self.is_current(job):
             return False
         sealed = {name: self._vault.seal(job.case_id, name, data) for name, data in handed.files.items()}
@@ -79,7 +82,9 @@ class WorkDesk:
                 left_over = [file.object_key for file in sealed.values()]
             else:
                 left_over = attach(session, job.case_id, sealed)
-                step = Step(handed.status, f"job.{job.kind}", fraction=1.0, reason=handed.reason)
+                is_awaited = handed.status == "done" and row.is_sent
+                ended: Status = "in_review" if is_awaited else handed.status
+                step = Step(ended, f"job.{job.kind}", fraction=1.0, reason=handed.reason)
                 take(self._database, session, row, SYSTEM, step)
         self._vault.discard(job.case_id, left_over)
         return row is not None

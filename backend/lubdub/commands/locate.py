@@ -150,12 +150,12 @@ def locate_in_child(errand: Errand, data: bytes, progress: Progress) -> bytes:
     from lubdub.pipeline import locate as run_pipeline
     from lubdub.report.picture import draw
     from lubdub.report.result_json import result_json
-    from lubdub.results import ScanUnreadable
+    from lubdub.results import Reason, ScanUnreadable
 
     try:
         library = load_library(None if errand.references is None else Path(errand.references))
     except LibraryDamaged as fault:
-        raise ScanUnreadable(str(fault)) from fault
+        raise ScanUnreadable(Reason("references_damaged", str(fault), "")) from fault
     outcome = run_pipeline(data, _request(errand), library, progress)
     document = json.dumps(result_json(outcome), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     text = document.encode()

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from lubdub.commands.faults import CommandFault
 from lubdub.commands.locate import write_whole
 
 
@@ -21,13 +22,22 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     )
     parser.add_argument("--paper", choices=("a4", "letter"), default="a4")
     parser.add_argument("--size", choices=("large", "small"), default="large", help="small: for babies under one year")
+    parser.add_argument("--language", default="en", metavar="CODE", help="of the words on it, such as en, ja or es")
     parser.add_argument("--out", type=Path, metavar="FILE.pdf", default=Path("stickers.pdf"))
     parser.set_defaults(run=_write)
 
 
 def _write(typed: argparse.Namespace) -> int:
-    from lubdub.report.sticker_sheet import sticker_sheet
+    from lubdub.report.printing import FontMissing
+    from lubdub.report.sticker_sheet import sticker_sheet, sticker_words
+    from lubdub.web.languages import languages, words_of
 
-    write_whole(typed.out, sticker_sheet(typed.paper, typed.size))
+    if typed.language not in languages():
+        raise CommandFault(f"There is no language {typed.language}. There are: {', '.join(languages())}.")
+    words = sticker_words(typed.size, words_of(typed.language).gettext)
+    try:
+        write_whole(typed.out, sticker_sheet(typed.paper, typed.size, words, typed.language))
+    except FontMissing as error:
+        raise CommandFault(str(error)) from error
     sys.stdout.write(f"Written to {typed.out}. Print it at 100 %, and measure the line on it: 50 mm.\n")
     return 0

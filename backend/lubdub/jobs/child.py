@@ -73,7 +73,7 @@ def _do(work: Work, output: int, cell: Cell) -> int:
         confine(cell.limits, cell.folder, cell.parent)
         frames.send(output, frames.Kind.RESULT, work(progress))
     except ScanUnreadable as fault:
-        _say(output, frames.Kind.UNREADABLE, str(fault))
+        _say(output, frames.Kind.UNREADABLE, json.dumps(fault.reason.to_json()))
     except ScanRefused as fault:
         _say(output, frames.Kind.REFUSED, json.dumps(fault.reason.to_json()))
     except MemoryError:

@@ -48,13 +48,15 @@ def progress_body(stage: str, fraction: float) -> bytes:
     return json.dumps([stage, float(fraction)]).encode()
 
 
-def reason_message(body: bytes) -> str:
-    """The sentence inside a REFUSED frame's body, or nothing when it holds none."""
+def reason_texts(body: bytes) -> tuple[str, str]:
+    """Message and advice inside the body of a REFUSED or UNREADABLE frame; empty when it holds none."""
     try:
         reason = json.loads(body)
     except ValueError:
-        return ""
-    return str(reason.get("message", "")) if isinstance(reason, dict) else ""
+        reason = None
+    if not isinstance(reason, dict):
+        return "", ""
+    return str(reason.get("message", "")), str(reason.get("advice", ""))
 
 
 class Reader:

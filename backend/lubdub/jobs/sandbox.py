@@ -128,9 +128,9 @@ def _from_final(kind: frames.Kind, body: bytes, limits: Limits) -> ChildResult:
         case frames.Kind.RESULT:
             return ChildResult("ok", body)
         case frames.Kind.UNREADABLE:
-            return ChildResult("unreadable", detail=text)
+            return ChildResult("unreadable", body, " ".join(frames.reason_texts(body)).strip())
         case frames.Kind.REFUSED:
-            return ChildResult("refused", body, frames.reason_message(body))
+            return ChildResult("refused", body, frames.reason_texts(body)[0])
         case frames.Kind.MEMORY:
             return ChildResult(
                 "memory", detail=f"The scan needs more than the {limits.memory_mb} MB of memory allowed."

@@ -17,14 +17,23 @@ from lubdub.cases.values import Case, Job
 from lubdub.cases.work import Handed, WorkDesk
 from lubdub.jobs.bundle import BadBundle, Bundle
 from lubdub.jobs.sandbox import ChildResult, Limits
-from lubdub.results import Progress, Reason
+from lubdub.results import UNREADABLE_FILE, Progress, Reason
 
 LOOK_EVERY_S = 0.3
 """How often a running job asks whether anybody still waits for it; a cancel is to be felt within a second."""
 TELL_EVERY_S = 0.2
 """Progress within a stage is told no more often than this."""
 
-UNREADABLE_ADVICE = "Export the scan again, as PLY, GLB, OBJ or STL, or scan once more."
+BREAKS_READER = Reason(
+    UNREADABLE_FILE,
+    "This file cannot be read as a scan of a body.",
+    "Please export the scan again, as PLY, GLB, OBJ or STL, or scan once more.",
+)
+TOO_HEAVY = Reason(
+    UNREADABLE_FILE,
+    "This scan holds more than we can work with.",
+    "Please export it with less detail, or cut it down to the chest, and send it again.",
+)
 FAILED = Reason("internal", "Something went wrong on our side; nothing is known about this scan yet.", "Try again.")
 
 FILES: Mapping[str, frozenset[Artefact]] = {
@@ -121,16 +130,17 @@ class Workbench:
 
 def _handed(job: Job, ended: ChildResult) -> Handed:
     """What a child's end means for the case. A crash, a limit or a bundle that does not open: it cannot be read."""
-    if ended.status == "refused":
+    if ended.status in ("refused", "unreadable"):
         return Handed("refused", reason=_reason(json.loads(ended.payload)))
     if ended.status == "error":
         return Handed("failed", reason=FAILED.to_json())
     if ended.status != "ok":
-        return Handed("refused", reason=_unreadable(ended.detail))
+        is_heavy = ended.status in ("memory", "timeout")
+        return Handed("refused", reason=(TOO_HEAVY if is_heavy else BREAKS_READER).to_json())
     try:
         bundle = Bundle.from_bytes(ended.payload)
     except BadBundle:
-        return Handed("refused", reason=_unreadable(""))
+        return Handed("refused", reason=BREAKS_READER.to_json())
     files = {name: bundle.parts[name] for name in FILES[job.kind] if name in bundle.parts}
     if job.kind == "check":
         return Handed("awaiting_landmarks", files)
@@ -142,11 +152,6 @@ def _handed(job: Job, ended: ChildResult) -> Handed:
 def _reason(said: Mapping[str, Any]) -> dict[str, str]:
     """A reason out of a child: its three texts and nothing else. Raises when it is none."""
     return Reason(str(said["code"]), str(said["message"]), str(said["advice"])).to_json()
-
-
-def _unreadable(detail: str) -> dict[str, str]:
-    message = detail or "This file cannot be read as a scan of a body."
-    return Reason("unreadable_file", message, UNREADABLE_ADVICE).to_json()
 
 
 class _Teller:

@@ -14,14 +14,18 @@ from datetime import timedelta
 from dbos import DBOS, DBOSClient
 
 from lubdub.cases.opening import CannotOpen, open_cases
+from lubdub.cases.outbox import Outbox
 from lubdub.cases.privacy import Privacy
+from lubdub.cases.sharing import Sharing
 from lubdub.cases.work import WorkDesk
 from lubdub.geometry.sparse import solver_name
+from lubdub.jobs.courier import Couriers
 from lubdub.jobs.engine import APPLICATION, APPLICATION_VERSION, QUEUE, WORKFLOW, DbosEngine, jobs_url
 from lubdub.jobs.forkserver import ForkServer
 from lubdub.jobs.liveness import NameLocks, claim_name, open_locks
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.sandbox import Limits
+from lubdub.jobs.unshared import remove_unshared
 from lubdub.jobs.work import JobSettings, TaskNames, Workbench
 from lubdub.settings import Settings
 
@@ -90,7 +94,8 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     locks = open_locks(settings.jobs_database, settings.data_dir)
     name = claim_name(locks)
     _launch(settings, name)
-    upkeep = Upkeep(name, desk, workbench, Privacy(database, vault), settings)
+    upkeep = Upkeep(name, desk, workbench, Privacy(database, vault), Sharing(database), settings)
+    Couriers(Outbox(database, vault), settings.webhooks_to_private, stopping).start()
     log.info("a worker is ready", extra={"worker": name})
     upkeep.run(locks, stopping)
     forks.stop()
@@ -116,13 +121,22 @@ def _launch(settings: Settings, name: str) -> None:
 class Upkeep:
     """What a worker does beside its jobs, every few seconds."""
 
-    def __init__(self, name: str, desk: WorkDesk, workbench: Workbench, privacy: Privacy, settings: Settings) -> None:
+    def __init__(
+        self,
+        name: str,
+        desk: WorkDesk,
+        workbench: Workbench,
+        privacy: Privacy,
+        sharing: Sharing,
+        settings: Settings,
+    ) -> None:
         """For the worker called name."""
         self._name = name
         self._desk = desk
         self._workbench = workbench
         self._privacy = privacy
         self._retention_days = settings.retention_days
+        self._sharing, self._references = sharing, settings.references_dir
         self._engine = DbosEngine(settings.jobs_database)
         self._client = DBOSClient(system_database_url=jobs_url(settings.jobs_database), retry_connection_errors=False)
         self._purged_at = -PURGE_S
@@ -167,6 +181,8 @@ class Upkeep:
             self._purged_at = time.monotonic()
             gone = self._privacy.purge(self._retention_days)
             log.info("retention: %d cases deleted", len(gone))
+            bodies = remove_unshared(self._sharing, self._references)
+            log.info("retention: %d reference bodies removed", len(bodies))
 
 
 def _stop_with_parent() -> None:
