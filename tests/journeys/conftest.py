@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
 from lubdub.settings import Settings
+from tests.journeys.home import SIZES, Home
 from tests.web.service import ROOT, Service, free_port
 
 CHROMIUM_FLAGS = [
@@ -23,7 +24,6 @@ CHROMIUM_FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
-SIZES = {"phone": (390, 844), "desk": (1280, 800)}
 AXE = ROOT / "frontend" / "node_modules" / "axe-core" / "axe.min.js"
 DRAWN_MS = 60_000
 """A picture without a graphics card takes 10 to 15 seconds, and more on a busy machine."""
@@ -31,11 +31,29 @@ DRAWN_MS = 60_000
 OpenPage = Callable[..., Page]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def product(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     folder = tmp_path_factory.mktemp("product")
-    settings = Settings(data_dir=folder / "data", port=free_port(), requests_per_minute=100_000)
+    settings = Settings(
+        data_dir=folder / "data", port=free_port(), requests_per_minute=100_000, webhooks_to_private=True
+    )
     running = Service(settings, worker_module="lubdub.jobs.worker")
+    try:
+        running.start_web()
+        running.start_worker()
+        yield running
+    finally:
+        running.stop()
+
+
+@pytest.fixture(scope="session")
+def quick(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """The real pages, with a worker that does what the scan's bytes say; its clinician has a name."""
+    folder = tmp_path_factory.mktemp("quick")
+    settings = Settings(
+        data_dir=folder / "data", port=free_port(), requests_per_minute=100_000, clinic_name="Harbour Clinic"
+    )
+    running = Service(settings)
     try:
         running.start_web()
         running.start_worker()
@@ -73,6 +91,14 @@ def open_page(browser: Browser, product: Service) -> Iterator[OpenPage]:
     yield opened
     for context in contexts:
         context.close()
+
+
+@pytest.fixture
+def home(product: Service, browser: Browser) -> Iterator[Home]:
+    """A family whose way to the page in question is made without a browser."""
+    made = Home(product, browser)
+    yield made
+    made.close()
 
 
 @pytest.fixture(scope="session")

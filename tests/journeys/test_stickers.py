@@ -9,9 +9,11 @@ import pytest
 from playwright.sync_api import expect
 
 from tests import bodies
-from tests.journeys.conftest import OpenPage
-from tests.journeys.steps import WORK_MS, answer_health, answer_who, confirm_size, send, stands
+from tests.journeys.home import Home
+from tests.journeys.steps import WORK_MS, confirm_size, send, stands
 from tests.painted import PaintedScan, painted
+
+pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
@@ -26,13 +28,14 @@ def file_of(scan: PaintedScan, folder: Path) -> Path:
 
 
 def test_with_stickers_both_bones_are_marked_before_the_first_tap(
-    open_page: OpenPage, worn: PaintedScan, tmp_path: Path
+    home: Home, worn: PaintedScan, tmp_path: Path
 ) -> None:
-    page = open_page("phone")
-    answer_who(page)
-    answer_health(page)
+    page = home.before_sending(home.window())
+    sending = page.url
+    page.goto(sending.replace("/scan", "/ready"))
     expect(page.get_by_role("link", name="Sticker sheet for A4")).to_be_visible()
     stands(page)
+    page.goto(sending)
     send(page, file_of(worn, tmp_path))
     page.wait_for_url(re.compile("/size$"), timeout=WORK_MS)
     expect(page.get_by_text("this scan is not mirrored")).to_be_visible()
@@ -41,10 +44,8 @@ def test_with_stickers_both_bones_are_marked_before_the_first_tap(
     expect(page.get_by_text("Point 3 of 5")).to_be_visible()
 
 
-def test_a_mirrored_scan_is_stopped_by_its_stickers(open_page: OpenPage, worn: PaintedScan, tmp_path: Path) -> None:
-    page = open_page("phone")
-    answer_who(page)
-    answer_health(page)
+def test_a_mirrored_scan_is_stopped_by_its_stickers(home: Home, worn: PaintedScan, tmp_path: Path) -> None:
+    page = home.before_sending(home.window())
     send(page, file_of(worn.mirrored(), tmp_path))
     page.wait_for_url(re.compile("/refused$"), timeout=WORK_MS)
     expect(page.get_by_text("the stickers on it read backwards")).to_be_visible()

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 import zlib
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
+import pypdfium2
 import pytest
 
 from lubdub.geometry.stickers import STICKERS, Sticker, StickerSize
 from lubdub.landmarks.stickers import marks_in
-from lubdub.report.sticker_sheet import CHECK_MM, EDGE, PAPERS, Paper, english, sticker_middle, sticker_sheet
+from lubdub.report.printing import PAPERS, Paper
+from lubdub.report.sticker_sheet import CHECK_MM, EDGE, sticker_middle, sticker_sheet, sticker_words
+from lubdub.web.languages import NAMES, words_of
 
 MM = 72 / 25.4
 """Points of a PDF in a millimetre."""
@@ -64,7 +67,7 @@ def test_the_line_to_check_is_exactly_as_long_as_it_says(paper: Paper, size: Sti
     lines = re.findall(rf"{NUMBER} {NUMBER} m\s+{NUMBER} {NUMBER} l", drawn(sticker_sheet(paper, size)))
     level = [float(x1) - float(x0) for x0, y0, x1, y1 in lines if y0 == y1]
     assert any(abs(length / MM - CHECK_MM) < 0.01 for length in level)
-    assert f"{CHECK_MM:g} mm" in english(size).check
+    assert f"{CHECK_MM:g} mm" in sticker_words(size).check
 
 
 @pytest.mark.parametrize(("paper", "size"), SHEETS)
@@ -81,6 +84,22 @@ def test_everything_stands_on_the_one_page(paper: Paper, size: StickerSize) -> N
     assert max(heights) < height - 10 * MM
 
 
+@pytest.mark.parametrize("language", NAMES)
+@pytest.mark.parametrize(("paper", "size"), SHEETS)
+def test_no_words_lie_on_others_in_any_language(paper: Paper, size: StickerSize, language: str) -> None:
+    sheet = sticker_sheet(paper, size, sticker_words(size, words_of(language).gettext), language)
+    text = pypdfium2.PdfDocument(sheet)[0].get_textpage()
+    lines = [text.get_rect(number) for number in range(text.count_rects())]
+    assert len(lines) > 15
+    assert min(foot for _, foot, _, _ in lines) > EDGE * MM
+    crossing = [
+        (a, b)
+        for a, b in combinations(lines, 2)
+        if min(a[2], b[2]) - max(a[0], b[0]) > 1 and min(a[3], b[3]) - max(a[1], b[1]) > 1
+    ]
+    assert crossing == []
+
+
 def test_readers_are_told_to_print_at_true_size() -> None:
     assert b"/PrintScaling /None" in sticker_sheet()
 
@@ -92,7 +111,7 @@ def test_the_same_sheet_is_the_same_bytes(paper: Paper, size: StickerSize) -> No
 
 @pytest.mark.parametrize("size", ["small", "large"])
 def test_the_words_are_short_enough_for_a_child_of_ten(size: StickerSize) -> None:
-    words = english(size)
+    words = sticker_words(size)
     said = " ".join(one for one in vars(words).values() if isinstance(one, str))
     sentences = [one for one in re.split(r"[.:]\s", said) if one.strip()]
     lengths = [len(one.split()) for one in sentences]

@@ -7,7 +7,7 @@ import pytest
 from tests.rules.source import PACKAGE, Module, imports, modules
 
 SIX_ROOMS = {"scans", "landmarks", "library", "fitting", "areas", "judging"}
-PIPELINE = {"stickers", "methods", "stages", "assembly", "pipeline"}
+PIPELINE = {"stickers", "methods", "stages", "assembly", "pipeline", "marking"}
 NUMBERS = {"geometry", "results"}
 
 MAY_IMPORT: dict[str, set[str]] = {
@@ -20,7 +20,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "views": NUMBERS,
     "cases": {"results"},
     "jobs": NUMBERS | PIPELINE | {"library", "report", "cases", "settings"},
-    "web": NUMBERS | {"cases", "jobs", "report", "views", "settings"},
+    "web": NUMBERS | {"marking", "areas", "cases", "jobs", "report", "views", "settings"},
     "commands": NUMBERS | {"pipeline", "library", "report", "cases", "jobs", "web", "settings"},
     "cli": {"commands"},
     "__main__": {"cli"},
@@ -33,14 +33,19 @@ CONFINED = {
     "sksparse": {"geometry"},
     "pyapriltags": {"landmarks"},
     "fpdf": {"report"},
+    "fhir": {"report"},
     "viser": {"views"},
     "fastapi": {"web"},
     "starlette": {"web"},
     "uvicorn": {"web"},
     "sqlalchemy": {"cases", "jobs"},
     "alembic": {"cases"},
+    "standardwebhooks": {"jobs"},
     "dbos": {"jobs"},
     "cryptography": {"cases"},
+    "pwdlib": {"cases"},
+    "webauthn": {"web"},
+    "joserfc": {"web"},
     "obstore": {"cases"},
 }
 """Libraries that only some rooms may know. The database is for cases; the queue has tables of its own."""

@@ -16,7 +16,10 @@ FORBIDDEN = {
         r"pypi\.org|pythonhosted|registry\.npmjs|registry\.yarnpkg|artifactory|deb\.debian\.org|jsdelivr|unpkg\.com",
         re.I,
     ),
-    "unfinished work": re.compile(r"\b(TODO|FIXME|XXX)\b|raise NotImplementedError|lorem ipsum|not implemented", re.I),
+    "unfinished work": re.compile(
+        r"\b(TODO|FIXME|XXX)\b|(?i:(#|//|\*|--|;)\s*(todo|fixme|xxx)\b)|"  # `todo` alone is Spanish for everything
+        r"(?i:raise NotImplementedError|lorem ipsum|not implemented)"
+    ),
     "a private key": re.compile(r"BEGIN (RSA |EC |OPENSSH )?PRIVATE KEY"),
 }
 

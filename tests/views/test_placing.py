@@ -66,8 +66,12 @@ def test_a_dragged_pin_is_put_back_on_the_skin(view: PlacingView, placed: Placed
     above = start + np.array([10.0, 5.0, 20.0])
     client = SimpleNamespace(camera=SimpleNamespace(position=eye * VIEW))
     for phase in ("start", "update", "end"):
-        event = SimpleNamespace(phase=phase, client=client, end_position=tuple(above * VIEW))
-        view._dragged("nipple_left", event)
+        held = start + np.array([0.0, 12.0, 15.0])
+        moved = held + above - start
+        event = SimpleNamespace(
+            phase=phase, client=client, start_position=tuple(held * VIEW), end_position=tuple(moved * VIEW)
+        )
+        view._dragged("nipple_left", start, event)
     ((name, place),) = placed.calls
     assert name == "nipple_left"
     assert abs(place[2] - start[2]) < 8.0
@@ -122,3 +126,4 @@ def test_the_live_page_is_visers_own_with_its_panel_hidden() -> None:
     page = live_page()
     assert "floating-panel" in page
     assert "display:none!important" in page
+    assert page.index("viserInside = ") < page.index("viserInside()") < page.rindex("</body>")

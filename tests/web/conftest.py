@@ -14,7 +14,12 @@ from tests.web.service import Portal, Service, free_port
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     folder = tmp_path_factory.mktemp("service")
     settings = Settings(
-        data_dir=folder / "data", port=free_port(), max_upload_mb=3, requests_per_minute=100_000, job_cpu_s=1
+        data_dir=folder / "data",
+        port=free_port(),
+        max_upload_mb=3,
+        requests_per_minute=100_000,
+        job_cpu_s=1,
+        webhooks_to_private=True,
     )
     running = Service(settings)
     try:

@@ -14,11 +14,12 @@ from lubdub.cases.errors import FileNotFound
 from lubdub.cases.files import FileVault
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.results import Outcome
+from lubdub.web.pages_questions import QUESTIONS
 from tests.views import sample
 from tests.web.service import Service, eventually
 
 ABOUT = {"who": "child", "years": "6", "months": "0", "sex": "female", "posture": "supine"}
-NO_STOPS = {"heart_on_right": "no", "chest_operation_or_device": "no"}
+NO_STOPS = {"heart_on_right": "no", "chest_operation_or_device": "no", "late_pregnancy": "no"}
 
 
 @dataclass
@@ -37,7 +38,7 @@ class Family:
         assert answer.status_code == expect, answer.text[:500]
         return answer.text
 
-    def token(self, path: str = "/who") -> str:
+    def token(self, path: str = "/ask/who") -> str:
         """The form token of the session."""
         found = re.search(r'name="csrf_token" value="([0-9a-f]+)"', self.get(path))
         assert found is not None
@@ -50,10 +51,28 @@ class Family:
         assert answer.status_code == expect, answer.text[:500]
         return answer
 
+    def asked(self, **changes: str) -> str:
+        """Answers every question; the path of the page the family then stands on."""
+        said = ABOUT | NO_STOPS | changes
+        for question in QUESTIONS:
+            if question.is_asked(said):
+                page = self.post(f"/ask/{question.name}", **{field: said[field] for field in question.fields})
+        return page.url.path
+
+    def consented(self, **changes: str) -> str:
+        """A new case's id, before the instructions."""
+        self.asked(**changes)
+        page = self.post("/consent", agree="yes")
+        if page.url.path == "/consent/child":
+            page = self.post("/consent/child", child="yes")
+        return case_in(str(page.url))
+
     def opened(self, **changes: str) -> str:
-        """A new case's id."""
-        answer = self.post("/health", **(ABOUT | NO_STOPS | changes))
-        return case_in(str(answer.url))
+        """A new case's id, the instructions read."""
+        case = self.consented(**changes)
+        self.post(f"/cases/{case}/guide", app="file")
+        self.post(f"/cases/{case}/ready")
+        return case
 
     def send(self, case: str, scan: bytes) -> httpx.Response:
         """The scan by the plain form."""
@@ -80,6 +99,7 @@ class Family:
         """A case whose points can be placed."""
         case = self.examined()
         self.post(f"/cases/{case}/size", size="right", side="left")
+        self.post(f"/cases/{case}/feel")
         return case
 
     def done(self, outcome: Outcome | None = None) -> str:

@@ -45,6 +45,7 @@ class Service:
 
     settings: Settings
     worker_module: str = "tests.jobs.stand_in_worker"
+    web_program: str = WEB
     processes: list[subprocess.Popen[bytes]] = field(default_factory=list)
 
     @property
@@ -52,8 +53,8 @@ class Service:
         return self.settings.data_dir.parent / "log.jsonl"
 
     def start_web(self) -> subprocess.Popen[bytes]:
-        process = self.spawn([sys.executable, "-c", WEB])
-        eventually(lambda: self._answers() or process.poll() is not None)
+        process = self.spawn([sys.executable, "-c", self.web_program])
+        eventually(lambda: self._answers() or process.poll() is not None, seconds=180)  # a busy machine starts slowly
         assert process.poll() is None, self.log.read_text()[-3000:]
         return process
 

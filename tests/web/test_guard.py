@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
+
+import httpx
 import pytest
 from pydantic import ValidationError
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.responses import PlainTextResponse
+from starlette.routing import Mount
+from starlette.types import Receive, Scope, Send
 
 from lubdub.cases.database import Database
 from lubdub.cases.people import People
 from lubdub.settings import Settings
 from lubdub.web.guard import cookie_name, csrf_token, session_cookie
+from lubdub.web.limits import RateLimit
+from tests.web import family as pages
 from tests.web.service import PATIENT, Portal, Service
 from tests.web.test_rest import problem
 
@@ -44,14 +54,17 @@ def test_a_key_does_what_its_scopes_say(service: Service, portal: Portal) -> Non
 
 
 def test_a_family_uses_rest_for_its_own_cases_alone(service: Service, portal: Portal) -> None:
-    family, neighbour = Family(service), Family(service)
-    opened = family.http.post("/api/v1/cases", json=BODY, headers=family.headers)
-    assert opened.status_code == 201
-    path = f"/api/v1/cases/{opened.json()['id']}"
+    family, neighbour = pages.Family(service), Family(service)
+    path = f"/api/v1/cases/{family.opened()}"
     assert family.http.get(path).status_code == 200
     problem(neighbour.http.get(path), "case-not-found")
     problem(portal.http.get(path), "case-not-found")
     problem(family.http.get(f"/api/v1/cases/{portal.open_case()}"), "case-not-found")
+
+
+def test_a_family_opens_no_case_of_a_real_body_without_consent(service: Service) -> None:
+    family = Family(service)
+    problem(family.http.post("/api/v1/cases", json=BODY, headers=family.headers), "consent-missing")
 
 
 @pytest.mark.parametrize(
@@ -111,10 +124,28 @@ def test_listening_to_the_network_without_https_is_refused_in_words() -> None:
 
 
 def test_calls_without_end_are_slowed_down() -> None:
-    from lubdub.web.limits import RateLimit
-
     limit = RateLimit(lambda *_: None, Settings(requests_per_minute=2))  # type: ignore[arg-type, return-value]
-    assert [limit._take("a", 0.0) for _ in range(2)] == [0.0, 0.0]
-    assert limit._take("a", 0.0) == pytest.approx(30.0)
-    assert limit._take("b", 0.0) == 0.0
-    assert limit._take("a", 30.0) == 0.0
+    assert [limit._take("a", 0.0) for _ in range(2)] == [(1.0, 0.0), (0.0, 0.0)]
+    assert limit._take("a", 0.0) == (0.0, pytest.approx(30.0))
+    assert limit._take("b", 0.0) == (1.0, 0.0)
+    assert limit._take("a", 30.0) == (0.0, 0.0)
+
+
+def test_a_refused_program_is_told_when_to_come_back() -> None:
+    async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+        await PlainTextResponse("here")(scope, receive, send)
+
+    async def twice() -> list[httpx.Response]:
+        app = Starlette(
+            routes=[Mount("/api", answer)],
+            middleware=[Middleware(RateLimit, settings=Settings(requests_per_minute=1))],
+        )
+        transport = httpx.ASGITransport(app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://lubdub") as http:
+            return [await http.get("/api/x") for _ in range(2)]
+
+    served, refused = asyncio.run(twice())
+    assert served.headers["ratelimit-remaining"] == "0"
+    problem(refused, "too-many-requests")
+    assert 0 < int(refused.headers["retry-after"]) <= 60
+    assert refused.headers["ratelimit-remaining"] == "0"

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
+from lubdub.cases.database import Database
+from lubdub.cases.models import CaseRow
+from lubdub.cases.values import Consent
+from lubdub.report.archive import examination_to_bytes
 from lubdub.results import Landmark, Reason
+from lubdub.web.pages_consent import CONSENT_VERSION
+from lubdub.web.pages_guide_words import APPS
+from lubdub.web.pages_questions import age_years, new_case
 from lubdub.web.pages_samples import all_samples
-from lubdub.web.pages_start import age_years, new_case
 from tests.views import sample
-from tests.web.family import ABOUT, Family
+from tests.web.family import ABOUT, Family, case_in
 from tests.web.service import Service, eventually
 
 
@@ -27,7 +34,8 @@ def test_emergency_signs_come_first(family: Family) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/who", "/static/nhsuk.css", "/static/style/lubdub.css", "/static/lib/page.js", "/static/nhsuk.js"]
+    "path",
+    ["/", "/ask/who", "/static/nhsuk.css", "/static/style/lubdub.css", "/static/lib/page.js", "/static/nhsuk.js"],
 )
 def test_no_page_or_style_loads_from_elsewhere(family: Family, path: str) -> None:
     text = family.get(path)
@@ -39,50 +47,163 @@ def test_no_page_or_style_loads_from_elsewhere(family: Family, path: str) -> Non
 
 @pytest.mark.parametrize(
     "path",
-    ["/static/package.json", "/static/family/who/who.html", "/static/../pyproject.toml", "/static/node_modules/x.js"],
+    ["/static/package.json", "/static/family/ask/ask.html", "/static/../pyproject.toml", "/static/node_modules/x.js"],
 )
 def test_only_styles_scripts_and_drawings_are_served(family: Family, path: str) -> None:
     family.get(path, 404)
 
 
 @pytest.mark.parametrize(
-    ("changes", "field"),
+    ("question", "given", "field"),
     [
-        ({"years": "", "months": ""}, "years"),
-        ({"years": "six"}, "years"),
-        ({"years": "140"}, "years"),
-        ({"sex": ""}, "sex"),
-        ({"who": ""}, "who"),
+        ("age", {"years": "", "months": ""}, "years"),
+        ("age", {"years": "six"}, "years"),
+        ("age", {"years": "140"}, "years"),
+        ("sex", {"sex": ""}, "sex"),
+        ("who", {"who": "the cat"}, "who"),
     ],
 )
-def test_a_missing_answer_is_asked_for_again_and_the_others_kept(
-    family: Family, changes: dict[str, str], field: str
-) -> None:
-    page = family.post("/who", 422, **(ABOUT | {"posture": "sitting"} | changes)).text
+def test_a_missing_answer_is_asked_for_again(family: Family, question: str, given: dict[str, str], field: str) -> None:
+    family.asked()
+    page = family.post(f"/ask/{question}", 422, **given).text
     assert f'href="#{field}"' in page
-    assert 'value="sitting" checked' in page
+    assert "Nothing is lost" in page
+
+
+def test_answers_are_kept_and_the_way_goes_on_where_it_was(family: Family) -> None:
+    family.post("/ask/who", who="child")
+    family.post("/ask/age", years="6", months="2")
+    page = family.get("/")
+    assert "Go on where you were" in page
+    assert 'href="/ask/sex"' in page
+    assert 'value="6"' in family.get("/ask/age")
+    assert str(family.http.get("/ask/posture").url).endswith("/ask/sex")
+    family.post("/anew")
+    assert "Go on where you were" not in family.get("/")
+    assert 'value="6"' not in family.get("/ask/age")
 
 
 def test_pregnancy_is_asked_of_those_only_who_may_be_pregnant(family: Family) -> None:
-    assert "pregnancy" not in family.post("/who", **ABOUT).text
-    assert "pregnancy" not in family.post("/who", **(ABOUT | {"sex": "male", "years": "30"})).text
-    assert "pregnancy" in family.post("/who", **(ABOUT | {"years": "30"})).text
+    assert family.asked() == "/consent"
+    family.get("/ask/late_pregnancy")
+    assert str(family.http.get("/ask/late_pregnancy").url).endswith("/consent")
+    family.post("/ask/age", years="30", months="")
+    assert "pregnancy" in family.get("/ask/late_pregnancy")
+    family.post("/ask/sex", sex="male")
+    assert not str(family.http.get("/ask/late_pregnancy").url).endswith("/late_pregnancy")
 
 
 @pytest.mark.parametrize("question", ["heart_on_right", "chest_operation_or_device", "late_pregnancy"])
-def test_a_stop_question_answered_yes_stops_kindly(family: Family, question: str) -> None:
+def test_a_stop_question_answered_yes_stops_kindly_before_there_is_a_case(family: Family, question: str) -> None:
     about = {"years": "30"} if question == "late_pregnancy" else {}
-    answers = {"late_pregnancy": "no"} if about else {}
-    case = family.opened(**about, **(answers | {question: "yes"}))
-    assert family.where(case) == "refused"
-    page = family.get(f"/cases/{case}/refused")
-    assert "To the start page" in page
-    assert "Send another scan" not in page
+    family.asked(**about)
+    page = family.post(f"/ask/{question}", **{question: "yes"})
+    assert page.url.path == "/stop"
+    assert "We stop here" in page.text
+    for too_far in ("/consent", "/consent/child"):
+        assert family.http.get(too_far).url.path == "/stop"
+    assert family.post("/consent", agree="yes").url.path == "/stop"
+    page = family.post(f"/ask/{question}", **{question: "no"})
+    assert family.http.get("/stop").url.path == "/consent"
+
+
+def test_without_a_yes_no_case_is_opened(family: Family) -> None:
+    family.asked()
+    assert 'href="#agree"' in family.post("/consent", 422).text
+    assert str(family.http.get("/consent/child").url).endswith("/consent")
+    family.post("/consent", agree="yes")
+    assert 'href="#child"' in family.post("/consent/child", 422).text
+    assert "That is fine" in family.post("/consent/child", child="no").text
+    assert "/cases/" not in family.get("/")
+
+
+def test_consent_is_kept_in_the_case_with_its_version_language_and_time(family: Family) -> None:
+    case = family.consented()
+    with Database(family.service.settings.database).reading() as session:
+        row = session.get(CaseRow, case)
+        assert row is not None
+        assert row.consent is not None
+        assert (row.consent["version"], row.consent["language"], row.consent["child"]) == (
+            CONSENT_VERSION,
+            "en",
+            "agreed",
+        )
+        assert abs(datetime.fromisoformat(row.consent["given_at"]) - datetime.now(UTC)) < timedelta(minutes=5)
+
+
+@pytest.mark.parametrize(
+    ("about", "words"),
+    [
+        ({"years": "0", "months": "5"}, "Watch how your child feels"),
+        ({"years": "4"}, "like a starfish"),
+        ({"years": "9"}, "Nobody at school"),
+        ({"years": "15"}, "You decide who is in the room"),
+    ],
+)
+def test_the_child_is_asked_in_words_for_its_age(family: Family, about: dict[str, str], words: str) -> None:
+    family.asked(**about)
+    assert words in family.post("/consent", agree="yes").text
+
+
+def test_who_scans_alone_is_spoken_to_and_a_young_one_asked_for_a_grown_up(family: Family) -> None:
+    family.post("/ask/who", who="self")
+    assert "How old are you?" in family.get("/ask/age")
+    family.asked(who="self", years="14")
+    assert "A parent or carer is with me" in family.get("/consent")
+    case = family.consented(who="self", years="40", sex="male")
+    assert "Ask somebody you trust" in family.get(f"/cases/{case}/ready")
+
+
+def test_a_grown_up_child_is_not_spoken_of_as_a_child(family: Family) -> None:
+    family.asked(years="30", sex="male")
+    assert "your child" not in family.get("/consent").lower()
+
+
+@pytest.mark.parametrize("app", APPS)
+def test_every_app_has_its_steps_and_the_way_goes_on_there(family: Family, app: str) -> None:
+    case = family.consented()
+    page = family.post(f"/cases/{case}/guide", app=app).text
+    assert page.count("<li>") >= 3
+    assert str(family.http.get(f"/cases/{case}").url).endswith(f"/guide/{app}")
+    assert "photo" in page or app not in ("kiri", "polycam")
+
+
+def test_an_unknown_app_is_asked_for_again(family: Family) -> None:
+    case = family.consented()
+    assert "Choose the one that fits best." in family.post(f"/cases/{case}/guide", 422, app="other").text
+    family.get(f"/cases/{case}/guide/other", 404)
+
+
+def test_the_bones_are_taught_with_a_sample_too_though_they_are_marked(family: Family) -> None:
+    case = case_in(str(family.post("/samples", name="phone-child").url))
+    eventually(lambda: family.where(case) == "size")
+    family.vault.put(case, "examination.npz", examination_to_bytes(sample.examination()))
+    assert family.post(f"/cases/{case}/size", size="right", side="left").url.path.endswith("/feel")
+    page = family.post(f"/cases/{case}/feel")
+    assert page.url.path.endswith("/points")
+    assert "All points are answered" in page.text
+
+
+def test_a_sample_is_marked_as_such_on_every_page(family: Family) -> None:
+    case = case_in(str(family.post("/samples", name="phone-child").url))
+    eventually(lambda: family.where(case) == "size")
+    family.vault.put(case, "examination.npz", examination_to_bytes(sample.examination()))
+    for path in (f"/cases/{case}", f"/cases/{case}/scan", f"/cases/{case}/remove"):
+        assert "This is a sample." in family.get(path)
+    assert "This is a sample." not in family.get("/")
+
+
+@pytest.mark.parametrize(
+    ("language", "number"), [("en-GB,en;q=0.9", "999"), ("ja", "119"), ("en-US", "911"), ("es-ES", "112")]
+)
+def test_the_emergency_number_is_the_countrys_own(family: Family, language: str, number: str) -> None:
+    page = family.http.get("/", headers={"Accept-Language": language}).text
+    assert f'href="tel:{number}"' in page
 
 
 def test_what_was_not_asked_counts_as_no() -> None:
-    given = ABOUT | {"heart_on_right": "no", "chest_operation_or_device": "unsure", "late_pregnancy": ""}
-    answers = new_case(given).answers
+    given = ABOUT | {"heart_on_right": "no", "chest_operation_or_device": "unsure", "late_pregnancy": "yes"}
+    answers = new_case(given, Consent("1", "en", datetime.now(UTC))).answers
     assert answers == {"heart_on_right": "no", "chest_operation_or_device": "unsure", "late_pregnancy": "no"}
 
 
@@ -155,12 +276,13 @@ def test_who_cannot_tell_the_sides_goes_on_when_nothing_was_mirrored(family: Fam
     case = family.examined()
     family.post(f"/cases/{case}/size", 422, size="right", side="unsure")
     family.post(f"/cases/{case}/size", size="right", side="unsure", mirror="no")
-    assert family.where(case) == "points"
+    assert family.where(case) == "feel"
 
 
 def test_another_unit_is_offered_only_where_a_chest_could_have_it(family: Family) -> None:
-    case = family.examined()
-    assert 'value="cm"' not in family.get(f"/cases/{case}/size")
+    page = family.get(f"/cases/{family.examined()}/size")
+    assert 'value="cm"' not in page
+    assert "No, it is another size" in page
 
 
 def test_points_are_asked_one_after_the_other_and_can_be_undone(family: Family) -> None:
@@ -251,3 +373,12 @@ def test_patient_pages_are_kept_by_nobody(family: Family) -> None:
     case = family.confirmed()
     for path in (f"/cases/{case}/points", f"/view/{case}/", f"/cases/{case}/state"):
         assert family.http.get(path).headers["cache-control"] == "no-store"
+    for stream in (f"/cases/{case}/points/live", f"/api/v1/cases/{case}/events"):
+        with family.http.stream("GET", stream) as answer:
+            assert answer.headers["cache-control"] == "no-store"
+
+
+def test_a_page_asked_for_in_a_way_it_does_not_know_says_what_to_do(family: Family) -> None:
+    answer = family.http.put("/ask/who", headers={"Accept": "text/html"})
+    assert answer.status_code == 405
+    assert "opened by their buttons and links" in answer.text

@@ -49,7 +49,7 @@ def test_a_sheet_that_there_is_not_is_refused_in_words(family: Family, query: st
 
 @pytest.mark.parametrize(("years", "size"), [("6", "large"), ("0", "small")])
 def test_where_a_scan_is_prepared_the_sheet_that_fits_the_age_is_offered(family: Family, years: str, size: str) -> None:
-    page = family.get(f"/cases/{family.opened(years=years)}/scan")
+    page = family.get(f"/cases/{family.consented(years=years)}/ready")
     for paper in ("a4", "letter"):
         link = f"/stickers.pdf?paper={paper}&amp;size={size}"
         assert link in page

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 import sys
@@ -106,6 +107,7 @@ def test_the_welcome_says_where_everything_is(whole: Service) -> None:
     assert f"{whole.settings.address}/\n" in log
     assert f"{whole.settings.address}/api/docs" in log
     assert "./lubdub admin key create" in log
+    assert re.search(rf"{whole.settings.desk_address}/desk/join#[\w-]{{43}}\n", log)
 
 
 def test_a_port_that_is_taken_is_said_in_one_sentence(tmp_path: Path) -> None:

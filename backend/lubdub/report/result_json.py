@@ -48,7 +48,7 @@ def examination_json(examination: Examination) -> dict[str, Any]:
         "stickers": _stickers(examination.stickers),
         "body_from_file": np.round(scan.body_from_file.matrix(), 9).tolist(),
         "size": {name: round(value, 1) for name, value in examination.size.items()},
-        "coverage": round(examination.coverage, 3),
+        "coverage": None if examination.coverage is None else round(examination.coverage, 3),
         "notes": list(scan.notes),
         "warnings": [reason.to_json() for reason in examination.warnings],
         "suggested_landmarks": _landmarks(examination.suggested, scan),
@@ -58,7 +58,7 @@ def examination_json(examination: Examination) -> dict[str, Any]:
 def _area(area: Area, scan: CleanScan) -> dict[str, Any]:
     file_from_body = scan.body_from_file.inverse()
     return {
-        "position": _position(area.position, file_from_body),
+        "position": position_json(area.position, file_from_body),
         "normal": np.round(file_from_body.turn(area.normal), 6).tolist(),
         "radius_mm": round(area.radius_mm, 1),
         "instruction": area.instruction,
@@ -69,7 +69,7 @@ def _landmarks(landmarks: Landmarks, scan: CleanScan) -> Mapping[str, Any]:
     file_from_body = scan.body_from_file.inverse()
     return {
         name: {
-            "position": _position(landmark.position, file_from_body),
+            "position": position_json(landmark.position, file_from_body),
             "source": landmark.source,
             "uncertainty_mm": round(landmark.uncertainty_mm, 1),
         }
@@ -77,7 +77,8 @@ def _landmarks(landmarks: Landmarks, scan: CleanScan) -> Mapping[str, Any]:
     }
 
 
-def _position(position: np.ndarray, file_from_body: Similarity) -> list[float]:
+def position_json(position: np.ndarray, file_from_body: Similarity) -> list[float]:
+    """A place (3,) of the body frame in the file's own coordinates, rounded."""
     digits = DECIMALS_MM + max(0, round(-np.log10(file_from_body.scale)))
     return [round(float(value), digits) for value in file_from_body.apply(position)]
 

@@ -5,25 +5,18 @@ Drawn with lines and the standard typeface that every PDF reader has, so the fil
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from itertools import pairwise
-from typing import Literal
 
-from fpdf import FPDF
 from fpdf.enums import Align
-from fpdf.prefs import ViewerPreferences
 
 from lubdub.geometry.stickers import BONES, MARK_CELLS, SMALL_UNTIL_YEARS, STICKERS, Bone, Sticker, StickerSize
+from lubdub.report.printing import FAINT, INK, QUIET, TEAL, Paper, Sheet
 
-Paper = Literal["a4", "letter"]
-PAPERS: dict[Paper, tuple[float, float]] = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 CHECK_MM = 50.0
 EDGE = 18.0
 MIDDLE_OF_STICKERS = 110.0
-_EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
-
-INK, QUIET, FAINT, TEAL = (22, 40, 44), (92, 101, 104), (170, 176, 176), (0, 98, 103)
 Curve = tuple[tuple[float, float], ...]
 NOTCH_Y, END_Y = 54.0, 108.0
 OUTLINE: tuple[Curve, ...] = (
@@ -61,93 +54,73 @@ class SheetWords:
     names: dict[Bone, str]
 
 
-def english(size: StickerSize) -> SheetWords:
-    """The sheet's words in English, for a reader of ten."""
+def sticker_words(size: StickerSize, _: Callable[[str], str] = str) -> SheetWords:
+    """The sheet's words for a reader of ten; English when no other language's gettext is given."""
     years = f"{SMALL_UNTIL_YEARS:g}"
+    whom = _("For a baby under {years} year.") if size == "small" else _("For anyone of {years} year or more.")
     return SheetWords(
-        title="Two stickers for the scan",
-        for_whom=f"For a baby under {years} year." if size == "small" else f"For anyone of {years} year or more.",
-        print_heading="1. Print this page at its true size",
-        print_how='Use plain paper. In the print window, choose "Actual size" or "100 %", not "Fit to page".',
-        check="Check with a ruler: this line must be exactly 50 mm long. If it is not, print again.",
-        cut_heading="2. Cut out both circles",
-        cut_how="Cut along the thin grey lines. Put a loop of soft skin tape on the back of each one.",
-        stick_heading="3. Stick them on the bare chest",
-        stick_top="Sticker 1: slide a finger down the throat into the soft dip. Feel the hard edge of bone just below "
-        "it. The middle of sticker 1 goes on that edge.",
-        stick_end="Sticker 2: slide a finger down the middle of the chest until the hard bone stops and the soft belly "
-        "begins. The middle of sticker 2 goes on the last hard spot.",
-        scan_heading="4. Scan, then take them off",
-        scan_how="Press them flat. Use the back camera of the phone, in good light, and see both stickers. "
-        "Use no mirror. Take the stickers off after the scan.",
-        not_on="Do not put them on sore or broken skin. Do not leave a baby alone with them.",
-        names={"suprasternal_notch": "Top of the breastbone", "xiphisternum": "Lower end of the breastbone"},
+        title=_("Two stickers for the scan"),
+        for_whom=whom.format(years=years),
+        print_heading=_("1. Print this page at its true size"),
+        print_how=_('Use plain paper. In the print window, choose "Actual size" or "100 %", not "Fit to page".'),
+        check=_("Check with a ruler: this line must be exactly 50 mm long. If it is not, print again."),
+        cut_heading=_("2. Cut out both circles"),
+        cut_how=_("Cut along the thin grey lines. Put a loop of soft skin tape on the back of each one."),
+        stick_heading=_("3. Stick them on the bare chest"),
+        stick_top=_(
+            "Sticker 1: slide a finger down the throat into the soft dip. Feel the hard edge of bone just below it. "
+            "The middle of sticker 1 goes on that edge."
+        ),
+        stick_end=_(
+            "Sticker 2: slide a finger down the middle of the chest until the hard bone stops and the soft belly "
+            "begins. The middle of sticker 2 goes on the last hard spot."
+        ),
+        scan_heading=_("4. Scan, then take them off"),
+        scan_how=_(
+            "Press them flat. Use the back camera of the phone, in good light, and see both stickers. "
+            "Use no mirror. Take the stickers off after the scan."
+        ),
+        not_on=_("Do not put them on sore or broken skin. Do not leave a baby alone with them."),
+        names={"suprasternal_notch": _("Top of the breastbone"), "xiphisternum": _("Lower end of the breastbone")},
     )
 
 
-def sticker_sheet(paper: Paper = "a4", size: StickerSize = "large", words: SheetWords | None = None) -> bytes:
-    """One page of PDF, the same bytes each time. size: small for babies. words: English when not given."""
-    words = words or english(size)
-    page = FPDF(unit="mm", format=PAPERS[paper])
-    page.viewer_preferences = ViewerPreferences(print_scaling="None", display_doc_title=True)
-    page.set_creation_date(_EPOCH)
-    page.set_title(words.title)
-    page.set_lang("en")
-    page.set_auto_page_break(False)
-    page.set_margins(EDGE, EDGE)
-    page.c_margin = 0.0
-    page.add_page()
-    _text(page, 15.0, words.title, 22, "B", TEAL)
-    _text(page, 25.5, words.for_whom, 12)
+def sticker_sheet(
+    paper: Paper = "a4", size: StickerSize = "large", words: SheetWords | None = None, language: str = "en"
+) -> bytes:
+    """One page of PDF, the same bytes each time. size: small for babies. words: English when not given.
+
+    Raises FontMissing when the language's letters are not installed.
+    """
+    words = words or sticker_words(size)
+    page = Sheet(paper, words.title, language, " ".join([*map(str, vars(words).values())]))
+    page.words(15.0, words.title, 22, "B", TEAL)
+    page.words(25.5, words.for_whom, 12)
     _line_to_check(page, words)
     _two_stickers(page, words, size)
     _where_they_go(page, words)
-    _text(page, 233.0, words.scan_heading, 13, "B", TEAL)
-    _text(page, 240.0, words.scan_how, 11)
+    page.words(233.0, words.scan_heading, 13, "B", TEAL)
+    page.words(240.0, words.scan_how, 11)
     return bytes(page.output())
 
 
-def _text(
-    page: FPDF,
-    top: float,
-    words: str,
-    points: float,
-    style: Literal["", "B"] = "",
-    colour: tuple[int, int, int] = INK,
-    left: float = EDGE,
-    width: float = 0.0,
-    align: Align = Align.L,
-) -> None:
-    """Words from a height downwards, broken into lines; width 0: to the right edge."""
-    page.set_font("Helvetica", style, points)
-    page.set_text_color(*colour)
-    page.set_xy(left, top)
-    page.multi_cell(width, points * 0.45, words, align=align)
+def _line_to_check(page: Sheet, words: SheetWords) -> None:
+    page.words(35.0, words.print_heading, 13, "B", TEAL)
+    end = page.words(42.0, words.print_how, 11)
+    end = page.words(max(49.0, end + 0.5), words.check, 11)
+    top = max(63.0, end + 4.5)
+    page.bar(EDGE, top, CHECK_MM)
+    page.words(top - 2.4, f"{CHECK_MM:g} mm", 11, "B", left=EDGE + CHECK_MM + 4)
 
 
-def _line_to_check(page: FPDF, words: SheetWords) -> None:
-    _text(page, 35.0, words.print_heading, 13, "B", TEAL)
-    _text(page, 42.0, words.print_how, 11)
-    _text(page, 49.0, words.check, 11)
-    top = 63.0
-    _pen(page, INK, 0.4)
-    page.line(EDGE, top, EDGE + CHECK_MM, top)
-    for end in (EDGE, EDGE + CHECK_MM):
-        page.line(end, top - 3, end, top + 3)
-    _pen(page, INK, 0.2)
-    for step in range(1, int(CHECK_MM) // 10):
-        page.line(EDGE + 10 * step, top - 1.5, EDGE + 10 * step, top + 1.5)
-    _text(page, top - 2.4, f"{CHECK_MM:g} mm", 11, "B", left=EDGE + CHECK_MM + 4)
-
-
-def _two_stickers(page: FPDF, words: SheetWords, size: StickerSize) -> None:
-    _text(page, 74.0, words.cut_heading, 13, "B", TEAL)
-    _text(page, 81.0, words.cut_how, 11)
+def _two_stickers(page: Sheet, words: SheetWords, size: StickerSize) -> None:
+    page.words(74.0, words.cut_heading, 13, "B", TEAL)
+    page.words(81.0, words.cut_how, 11)
     for sticker in (one for one in STICKERS if one.size == size):
         middle = sticker_middle(page.w, sticker.bone)
         _sticker(page, sticker, *middle)
         label = f"{NUMBERS[sticker.bone]}  {words.names[sticker.bone]}"
-        _text(page, middle[1] + 23.0, label, 12, "B", left=middle[0] - 40, width=80, align=Align.C)
+        page.words(middle[1] + 23.0, label, 12, "B", left=middle[0] - 40, width=80, align=Align.C)
 
 
 def sticker_middle(page_width: float, bone: Bone) -> tuple[float, float]:
@@ -155,9 +128,9 @@ def sticker_middle(page_width: float, bone: Bone) -> tuple[float, float]:
     return page_width / 2 + (-45.0 if bone == BONES[0] else 45.0), MIDDLE_OF_STICKERS
 
 
-def _sticker(page: FPDF, sticker: Sticker, x: float, y: float) -> None:
+def _sticker(page: Sheet, sticker: Sticker, x: float, y: float) -> None:
     radius, half = sticker.diameter_mm / 2, sticker.mark_mm / 2
-    _pen(page, FAINT, 0.2)
+    page.pen(FAINT, 0.2)
     page.circle(x, y, radius)
     page.set_fill_color(0)
     for row, cells in enumerate(sticker.cells()):
@@ -167,9 +140,7 @@ def _sticker(page: FPDF, sticker: Sticker, x: float, y: float) -> None:
             page.rect(left, top, (last - first) * sticker.cell_mm, sticker.cell_mm + 0.02 * (row < MARK_CELLS - 1), "F")
     room = radius - half - sticker.cell_mm
     points = 2.4 * room
-    _text(
-        page, y + half + sticker.cell_mm - 0.1 * room, NUMBERS[sticker.bone], points, "B", QUIET, x - 5, 10.0, Align.C
-    )
+    page.words(y + half + sticker.cell_mm - 0.1 * room, NUMBERS[sticker.bone], points, "B", QUIET, x - 5, 10.0, Align.C)
 
 
 def _runs(cells: list[bool]) -> list[tuple[int, int]]:
@@ -178,15 +149,16 @@ def _runs(cells: list[bool]) -> list[tuple[int, int]]:
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-def _where_they_go(page: FPDF, words: SheetWords) -> None:
-    _text(page, 141.0, words.stick_heading, 13, "B", TEAL)
+def _where_they_go(page: Sheet, words: SheetWords) -> None:
+    page.words(141.0, words.stick_heading, 13, "B", TEAL)
     _chest(page, EDGE, 149.0, 72.0)
     left, width = EDGE + 80.0, page.w - 2 * EDGE - 80.0
+    end = 0.0
     for top, words_of in ((152.0, words.stick_top), (180.0, words.stick_end), (208.0, words.not_on)):
-        _text(page, top, words_of, 11, left=left, width=width)
+        end = page.words(max(top, end + 2.5), words_of, 11, left=left, width=width)
 
 
-def _chest(page: FPDF, left: float, top: float, width: float) -> None:
+def _chest(page: Sheet, left: float, top: float, width: float) -> None:
     """A chest from the front with both stickers on it."""
     scale = width / 200.0
 
@@ -194,18 +166,13 @@ def _chest(page: FPDF, left: float, top: float, width: float) -> None:
         return left + scale * x, top + scale * y
 
     for curves, colour, thick in ((OUTLINE, INK, 0.6), (BONE_LINES, FAINT, 0.5)):
-        _pen(page, colour, thick)
+        page.pen(colour, thick)
         for curve in curves:
             for side in (1, -1):
                 page.bezier([at(100 + side * x, y) for x, y in curve])
     for bone, y in (("suprasternal_notch", NOTCH_Y), ("xiphisternum", END_Y)):
-        _pen(page, TEAL, 0.7)
+        page.pen(TEAL, 0.7)
         page.set_fill_color(255)
         page.circle(*at(100, y), 12 * scale, style="FD")
         x_text, y_text = at(100, y)
-        _text(page, y_text - 2.7, NUMBERS[bone], 12, "B", TEAL, x_text - 5, 10.0, Align.C)  # type: ignore[index]
-
-
-def _pen(page: FPDF, colour: tuple[int, int, int], thick: float) -> None:
-    page.set_draw_color(*colour)
-    page.set_line_width(thick)
+        page.words(y_text - 2.7, NUMBERS[bone], 12, "B", TEAL, x_text - 5, 10.0, Align.C)  # type: ignore[index]

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lubdub.results import CleanScan, Landmarks
+from lubdub.geometry.surface import unit
+from lubdub.results import Area, CleanScan, Landmarks
 
 FIELD_OF_VIEW = 0.6
 """Vertical, radians: a long lens, so that the chest does not bulge."""
@@ -16,6 +17,10 @@ ABOVE_NOTCH = 0.10
 BELOW_NAVEL = 0.08
 TRUNK_HALF_BREADTH = 0.6
 """Share of the way from notch to navel: a broad chest with a little of the upper arms."""
+NEARER = 0.75
+"""Share of the distance to the whole chest from which one place is looked at: whose left is left stays in sight."""
+TOWARDS = 0.5
+"""How far the look moves from the chest's middle to the place."""
 USUAL_ASPECT = 0.85
 """Width over height the host pages give the view on a phone and on a desk."""
 
@@ -49,3 +54,11 @@ def framed(scan: CleanScan, landmarks: Landmarks, aspect: float = USUAL_ASPECT) 
     distance = height / 2 / np.tan(FIELD_OF_VIEW / 2)
     # A little from above, as a parent leans over a child who lies down: the ribs read better than straight on.
     return Camera(centre + distance * np.array([0.0, -0.06, 0.998]), centre)
+
+
+def close_to(area: Area, whole: Camera) -> Camera:
+    """The camera that looks at one place, half-way along its skin's normal, from where the whole chest is seen."""
+    look_at = whole.look_at + TOWARDS * (area.position - whole.look_at)
+    straight = whole.position - whole.look_at
+    towards = unit(unit(straight) + 0.6 * unit(area.normal))
+    return Camera(look_at + NEARER * float(np.linalg.norm(straight)) * towards, look_at)

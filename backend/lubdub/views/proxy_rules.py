@@ -13,11 +13,12 @@ from typing import Any, Literal
 
 import msgspec
 
-ViewerRole = Literal["placing", "watching"]
+ViewerRole = Literal["placing", "moving", "watching"]
 
 LOOKING = frozenset({"ViewerCameraMessage"})
 PLACING = LOOKING | frozenset({"SceneNodeClickMessage", "SceneNodeDragMessage"})
-ALLOWED: dict[ViewerRole, frozenset[str]] = {"watching": LOOKING, "placing": PLACING}
+MOVING = LOOKING | frozenset({"SceneNodeDragMessage"})
+ALLOWED: dict[ViewerRole, frozenset[str]] = {"watching": LOOKING, "moving": MOVING, "placing": PLACING}
 
 
 @dataclass(frozen=True)

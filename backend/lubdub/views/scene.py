@@ -6,6 +6,8 @@ viser measures in metres here, its defaults suit that; everything arrives in mil
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import viser
@@ -20,12 +22,15 @@ VIEW = 0.001
 """Viewer units in one millimetre."""
 SKIN = (196, 181, 168)
 """One warm grey-brown for everybody: plaster, not skin."""
+FORMER = (92, 92, 92)
 PAPER = (251, 248, 243)
 SPOKES = 48
 SMOOTHED = 3
 """Neighbours on each side over which a circle's height is averaged: a scan's noise must not fray the ring."""
 DROP_MM = 60.0
 """From how far outside things are dropped onto the skin: above any bulge within a chestpiece's reach."""
+BADGE_SHARE: dict[stickers.Shape, float] = {"circle": 0.6, "square": 0.6, "triangle": 0.76, "diamond": 0.8}
+"""Width of the badge within its ring: pointed shapes are larger, or their letters could not be read."""
 LIFT_MM = 1.6
 """How far things laid on the skin stand off it, so that they do not flicker through."""
 PLATE_SIZE, PLATE_ASIDE, PLATE_DOWN = 0.19, 0.22, 0.78
@@ -56,11 +61,33 @@ def light(scene: viser.SceneApi) -> None:
     scene.add_light_directional("/light/rim", color=(255, 255, 255), intensity=0.5, position=(0.3, 0.6, -1.2))
 
 
-def show_body(server: viser.ViserServer, scan: CleanScan, landmarks: Landmarks) -> viser.MeshHandle:
+@dataclass(frozen=True)
+class Sides:
+    """What stands on the two plates. letters: a TrueType file that has them; None for those of European languages."""
+
+    right: str = "patient's\nright"
+    left: str = "patient's\nleft"
+    letters: Path | None = None
+
+
+def show_body(
+    server: viser.ViserServer, scan: CleanScan, landmarks: Landmarks, sides: Sides | None = None
+) -> viser.MeshHandle:
     """The skin, the sides named on it, the light and the first camera. Returns the skin to be tapped."""
     light(server.scene)
     server.scene.world_axes.visible = False
-    skin = server.scene.add_mesh_simple(
+    skin = show_skin(server.scene, scan)
+    show_sides(server.scene, scan, landmarks, sides or Sides())
+    camera = framed(scan, landmarks)
+    server.initial_camera.fov = FIELD_OF_VIEW
+    server.initial_camera.position = camera.position * VIEW
+    server.initial_camera.look_at = camera.look_at * VIEW
+    return skin
+
+
+def show_skin(scene: viser.SceneApi, scan: CleanScan) -> viser.MeshHandle:
+    """The skin alone, in place of the one shown before."""
+    return scene.add_mesh_simple(
         "/skin",
         scan.display.vertices * VIEW,
         scan.display.triangles,
@@ -69,24 +96,23 @@ def show_body(server: viser.ViserServer, scan: CleanScan, landmarks: Landmarks) 
         cast_shadow=False,
         receive_shadow=False,
     )
-    show_sides(server.scene, scan, landmarks)
-    camera = framed(scan, landmarks)
-    server.initial_camera.fov = FIELD_OF_VIEW
-    server.initial_camera.position = camera.position * VIEW
-    server.initial_camera.look_at = camera.look_at * VIEW
-    return skin
 
 
-def show_sides(scene: viser.SceneApi, scan: CleanScan, landmarks: Landmarks) -> None:
-    """Plates that say whose left is left, glued to the trunk so that they turn with the body."""
+def show_sides(scene: viser.SceneApi, scan: CleanScan, landmarks: Landmarks, sides: Sides) -> None:
+    """Plates that say whose left is left, glued to the trunk so that they turn with the body.
+
+    None where no landmark is known: then nobody knows how the body lies.
+    """
+    if "suprasternal_notch" not in landmarks or "navel" not in landmarks:
+        return
     trunk = trunk_mm(scan, landmarks)
     front = float(scan.points[:, 2].max()) + 200.0
     skin = SkinCaster(scan.display)
-    for side, sign, words in (("right", -1.0, "patient's\nright"), ("left", 1.0, "patient's\nleft")):
+    for side, sign, words in (("right", -1.0, sides.right), ("left", 1.0, sides.left)):
         start = np.array([sign * PLATE_ASIDE * trunk, -PLATE_DOWN * trunk, front])
         found = _flattest(skin, scan.display, start, PLATE_SIZE * trunk / 2)
         if found is not None:
-            plate = stickers.plate(words)
+            plate = stickers.plate(words, sides.letters)
             _lay(scene, f"/sides/{side}", plate, found[0], _facing(found[1]), PLATE_SIZE * trunk, PLATE_LIFT_MM)
 
 
@@ -117,12 +143,13 @@ def show_landmarks(
     landmarks: Mapping[LandmarkName, Landmark],
     numbers: Mapping[LandmarkName, int],
     size_mm: float,
-) -> dict[LandmarkName, viser.IcosphereHandle]:
-    """A pin for each landmark, numbered as in the list beside the view. Returns the balls, which can be dragged."""
-    balls = {}
+) -> dict[LandmarkName, tuple[viser.IcosphereHandle, viser.ImageHandle]]:
+    """A pin for each landmark, numbered as in the list beside the view. Returns its ball and its number, to be dragged:
+    the ball alone is small for a finger."""
+    pins = {}
     for name, landmark in landmarks.items():
         sure = landmark.is_marked
-        balls[name] = scene.add_icosphere(
+        ball = scene.add_icosphere(
             f"/landmarks/{name}",
             radius=size_mm * 0.42 * VIEW,
             color=stickers.TEAL if sure else (236, 240, 238),
@@ -133,35 +160,45 @@ def show_landmarks(
         colours = (stickers.TEAL, stickers.WHITE) if sure else (stickers.WHITE, stickers.TEAL)
         picture = stickers.badge("circle", str(numbers[name]), *colours)
         place = landmark.position + np.array([0.0, 1.2 * size_mm, 1.5 * size_mm])
-        _lay(scene, f"/pins/{name}", picture, place, np.array([0.0, 0.0, 1.0]), size_mm * 1.4, lift=0.0)
-    return balls
+        number = _lay(scene, f"/pins/{name}", picture, place, np.array([0.0, 0.0, 1.0]), size_mm * 1.4, lift=0.0)
+        pins[name] = (ball, number)
+    return pins
 
 
-def show_outcome(server: viser.ViserServer, outcome: Outcome, age_years: float | None = None) -> None:
+def show_outcome(
+    server: viser.ViserServer, outcome: Outcome, age_years: float | None = None, sides: Sides | None = None
+) -> None:
     """The finished picture: body, four areas, landmarks as small dots. Raises ValueError when nothing was scanned."""
     if outcome.scan is None:
         raise ValueError("there is no scan to show")
-    show_body(server, outcome.scan, outcome.landmarks)
+    show_body(server, outcome.scan, outcome.landmarks, sides)
     for name, area in outcome.areas.items():
         show_area(server.scene, outcome.scan, name, area, chestpiece_mm(age_years))
-    for landmark_name, landmark in outcome.landmarks.items():
-        server.scene.add_icosphere(
-            f"/landmarks/{landmark_name}",
-            radius=2.2 * VIEW,
-            color=(110, 100, 92),
-            position=landmark.position * VIEW,
-            cast_shadow=False,
+    show_dots(server.scene, outcome.landmarks)
+
+
+def show_dots(scene: viser.SceneApi, landmarks: Landmarks) -> None:
+    """Landmarks as small dots, which nobody can take hold of."""
+    for name, landmark in landmarks.items():
+        place = landmark.position * VIEW
+        scene.add_icosphere(
+            f"/landmarks/{name}", radius=2.2 * VIEW, color=(110, 100, 92), position=place, cast_shadow=False
         )
 
 
-def show_area(scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area, chestpiece: float) -> None:
-    """A ring the size of the chestpiece on the skin, the fainter region that may hold the place, and the letter."""
+def show_area(
+    scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area, chestpiece: float
+) -> tuple[viser.MeshHandle, viser.ImageHandle]:
+    """A ring the size of the chestpiece on the skin, the fainter region that may hold the place, and the letter.
+
+    Returns the region and the letter, by which an area can be dragged.
+    """
     style = stickers.AREA_STYLES[name]
     region = max(area.radius_mm, 1.0)
     skin = SkinCaster(scan.display)
     normal = _facing(area.normal)
     vertices, triangles = draped_disc(skin, area.position, normal, region)
-    scene.add_mesh_simple(
+    patch = scene.add_mesh_simple(
         f"/areas/{name}/region",
         vertices * VIEW,
         triangles,
@@ -180,8 +217,16 @@ def show_area(scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area
             thickness=thickness * VIEW,
             color=colour,
         )
-    picture = stickers.badge(style.shape, style.letter, style.colour, style.ink)
-    _lay(scene, f"/areas/{name}/letter", picture, area.position, normal, 0.5 * chestpiece, lift=3.5)
+    picture = stickers.badge(style.shape, f"{style.number}{style.letter}", style.colour, style.ink)
+    size = BADGE_SHARE[style.shape] * chestpiece
+    letter = _lay(scene, f"/areas/{name}/letter", picture, area.position, normal, size, lift=4.8)
+    return patch, letter
+
+
+def show_former(scene: viser.SceneApi, scan: CleanScan, name: AreaName, area: Area, chestpiece: float) -> None:
+    """A thin grey ring where an area was computed to be, before somebody moved it."""
+    ring = draped_circle(SkinCaster(scan.display), area.position, _facing(area.normal), chestpiece / 2)
+    scene.add_spline_catmull_rom(f"/former/{name}", points=ring * VIEW, closed=True, thickness=1.4 * VIEW, color=FORMER)
 
 
 def draped_circle(skin: SkinCaster, centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
@@ -236,12 +281,12 @@ def _lay(
     normal: np.ndarray,
     width_mm: float,
     lift: float,
-) -> None:
+) -> viser.ImageHandle:
     """A picture upright in the plane across normal, its middle `lift` mm off the place."""
     right, up = _tangents(normal)
     # viser shows pictures with x to the right, y down and the face towards -z.
     turned = np.stack([right, -up, -normal], axis=1)
-    scene.add_image(
+    return scene.add_image(
         name,
         picture,
         render_width=width_mm * VIEW,

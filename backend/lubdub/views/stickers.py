@@ -7,6 +7,7 @@ set for all kinds of colour vision, each with the ink that reads on it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -69,9 +70,12 @@ def badge(shape: Shape, text: str, colour: Colour, ink: Colour) -> np.ndarray:
     return np.asarray(picture.resize((PIXELS, PIXELS), Image.Resampling.LANCZOS))
 
 
-def plate(text: str, colour: Colour = INK, ink: Colour = WHITE) -> np.ndarray:
-    """(h, w, 4) uint8: a rounded plate of words as wide as they need; `\\n` makes two lines."""
-    font = ImageFont.load_default(64)
+def plate(text: str, letters: Path | None = None, colour: Colour = INK, ink: Colour = WHITE) -> np.ndarray:
+    """(h, w, 4) uint8: a rounded plate of words as wide as they need; `\\n` makes two lines.
+
+    letters: a TrueType file with the text's letters; without, those of European languages.
+    """
+    font = ImageFont.load_default(64) if letters is None else ImageFont.truetype(letters, 64)
     probe = ImageDraw.Draw(Image.new("RGBA", (1, 1)))
     left, top, right, bottom = probe.multiline_textbbox((0, 0), text, font=font, align="center", spacing=12)
     width, height = int(right - left) + 72, int(bottom - top) + 56

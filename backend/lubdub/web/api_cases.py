@@ -2,60 +2,86 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
+from dataclasses import replace
 from typing import Annotated, Any, Literal
+from urllib.parse import urlencode
 
-from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
-from fastapi.security import HTTPBearer
+from fastapi import APIRouter, Depends, Path, Query, Request, Response
 
-from lubdub.cases.store import Asked, Repeatable
-from lubdub.web.deps import ActionsDep, FilesDep, ReaderDep, StoreDep, WriterDep
-from lubdub.web.schemas import CaseIn, CaseOut, LandmarksIn, ReceiptOut, UnitIn, problems
+from lubdub.cases.listing import Wanted
+from lubdub.cases.states import Status
+from lubdub.cases.store import Asked
+from lubdub.web.conditional import UNCHANGED, ConditionalRoute
+from lubdub.web.deps import (
+    BEARER,
+    ActionsDep,
+    FilesDep,
+    ListingDep,
+    ReaderDep,
+    SettingsDep,
+    StaffDep,
+    StoreDep,
+    WriterDep,
+)
+from lubdub.web.problems import Problem
+from lubdub.web.repeating import RepeatableDep
+from lubdub.web.reviewers import reviewer_name
+from lubdub.web.schemas import CaseIn, CaseOut, CasesOut, LandmarksIn, ReceiptOut, UnitIn, problems
 from lubdub.web.schemas_result import ExaminationOut
 
 USUAL = problems("bad-request", "not-signed-in", "scope-missing", "cross-site", "case-not-found", "invalid-input")
 USUAL |= problems("too-many-requests")
-BEARER = HTTPBearer(auto_error=False, description="A portal's key: `Authorization: Bearer lubdub_...`")
 
-router = APIRouter(tags=["cases"], dependencies=[Depends(BEARER)], responses=USUAL)
+router = APIRouter(tags=["cases"], dependencies=[Depends(BEARER)], responses=USUAL, route_class=ConditionalRoute)
 
 UnitQuery = Annotated[Literal["m", "cm", "mm"] | None, Query(description="Unit of the file; found when not said.")]
 MethodQuery = Annotated[Literal["lubdub", "paper", "rule"], Query(description="Which method places the areas.")]
-IdempotencyKey = Annotated[
-    str | None,
-    Header(
-        alias="Idempotency-Key",
-        min_length=1,
-        max_length=200,
-        description="Any text of your own. The same call with the same key opens one case, for 24 hours.",
-    ),
-]
+RUN_REFUSED = problems("state-conflict", "idempotency-mismatch", "invalid-input")
+REFUSED_SCAN = ("scope-missing", "cross-site", "sandbox-takes-samples")
 CaseId = Annotated[str, Path(max_length=64, description="The case's id, as it was given when the case was opened.")]
 
 
-async def _body_sha256(request: Request) -> str:
-    return hashlib.sha256(await request.body()).hexdigest()
-
-
-@router.post("/cases", status_code=201, responses=problems("too-large", "idempotency-mismatch", "invalid-input"))
+@router.post(
+    "/cases",
+    status_code=201,
+    responses=problems("too-large", "idempotency-mismatch", "invalid-input", "consent-missing"),
+)
 def open_case(
-    new: CaseIn,
-    actor: WriterDep,
-    actions: ActionsDep,
-    response: Response,
-    body_sha256: Annotated[str, Depends(_body_sha256)],
-    idempotency_key: IdempotencyKey = None,
+    new: CaseIn, actor: WriterDep, actions: ActionsDep, response: Response, repeatable: RepeatableDep
 ) -> CaseOut:
     """Open a case. A yes to a stop question makes it `refused` at once, with the reason."""
-    repeatable = None if idempotency_key is None else Repeatable(idempotency_key, body_sha256)
-    case, _ = actions.open(actor, new.to_value(), repeatable)
+    asked = new.to_value()
+    if actor.is_sandbox:
+        asked = replace(asked, person="sample")
+    if actor.kind == "family":
+        asked = replace(asked, consent=None)  # families agree on the page that tells them what to
+    case, _ = actions.open(actor, asked, repeatable)
     shown = CaseOut.of(case)
     response.headers["Location"] = shown.links["self"]
     return shown
 
 
-@router.get("/cases/{case_id}")
+@router.get("/cases", responses=UNCHANGED)
+def list_cases(
+    request: Request,
+    actor: ReaderDep,
+    listing: ListingDep,
+    response: Response,
+    limit: Annotated[int, Query(ge=1, le=100, description="At most so many.")] = 50,
+    cursor: Annotated[str | None, Query(max_length=200, description="`next_cursor` of the page before.")] = None,
+    status: Annotated[Status | None, Query(description="Only cases in this state.")] = None,
+    external_id: Annotated[str | None, Query(max_length=200, description="Only cases with this number.")] = None,
+) -> CasesOut:
+    """Your cases, newest first, page by page. The header `Link` (RFC 8288) leads to the next page, too."""
+    page = listing.page(actor, Wanted(limit, cursor, status, external_id))
+    if page.next_cursor is not None:
+        query = urlencode(dict(request.query_params) | {"cursor": page.next_cursor})
+        response.headers["Link"] = f'<{request.url.path}?{query}>; rel="next"'
+    return CasesOut(items=[CaseOut.of(case) for case in page.cases], next_cursor=page.next_cursor)
+
+
+@router.get("/cases/{case_id}", responses=UNCHANGED)
 def read_case(case_id: CaseId, actor: ReaderDep, store: StoreDep) -> CaseOut:
     """How the case stands."""
     return CaseOut.of(store.get(actor, case_id))
@@ -64,7 +90,7 @@ def read_case(case_id: CaseId, actor: ReaderDep, store: StoreDep) -> CaseOut:
 @router.put(
     "/cases/{case_id}/scan",
     status_code=202,
-    responses=problems("too-large", "state-conflict", "empty-body", "invalid-input"),
+    responses=problems("too-large", "state-conflict", "empty-body", "invalid-input", *REFUSED_SCAN),
     openapi_extra={
         "requestBody": {
             "required": True,
@@ -82,7 +108,7 @@ async def send_scan(
 EXAMINATION: dict[int | str, dict[str, Any]] = {200: {"model": ExaminationOut, "description": "What was found."}}
 
 
-@router.get("/cases/{case_id}/scan", responses=problems("file-not-ready") | EXAMINATION)
+@router.get("/cases/{case_id}/scan", responses=problems("case-not-found", "file-not-ready") | EXAMINATION | UNCHANGED)
 def read_examination(case_id: CaseId, actor: ReaderDep, store: StoreDep, files: FilesDep) -> dict[str, Any]:
     """What was found on the scan: unit, frame, size, coverage, warnings, suggested landmarks."""
     store.get(actor, case_id)
@@ -95,29 +121,47 @@ def correct_unit(case_id: CaseId, said: UnitIn, actor: WriterDep, actions: Actio
     return CaseOut.of(actions.check_again(actor, case_id, said.unit))
 
 
-@router.put("/cases/{case_id}/landmarks", status_code=202, responses=problems("state-conflict"))
+@router.put("/cases/{case_id}/landmarks", status_code=202, responses=RUN_REFUSED)
 def place_landmarks(
     case_id: CaseId,
     placed: LandmarksIn,
     actor: WriterDep,
     actions: ActionsDep,
+    repeatable: RepeatableDep,
     unit: UnitQuery = None,
     method: MethodQuery = "lubdub",
 ) -> CaseOut:
     """Give the landmarks and queue the run. Missing ones are suggested, and the result says so."""
-    return CaseOut.of(actions.place_landmarks(actor, case_id, Asked(placed.placed(), unit, method)))
+    return CaseOut.of(actions.place_landmarks(actor, case_id, Asked(placed.placed(), unit, method), repeatable))
 
 
-@router.post("/cases/{case_id}/landmarks/confirm", status_code=202, responses=problems("state-conflict"))
+@router.post("/cases/{case_id}/landmarks/confirm", status_code=202, responses=RUN_REFUSED)
 def confirm_landmarks(
-    case_id: CaseId, actor: WriterDep, actions: ActionsDep, method: MethodQuery = "lubdub"
+    case_id: CaseId, actor: WriterDep, actions: ActionsDep, repeatable: RepeatableDep, method: MethodQuery = "lubdub"
 ) -> CaseOut:
     """Queue the run with the suggested landmarks."""
-    return CaseOut.of(actions.place_landmarks(actor, case_id, Asked({}, None, method)))
+    return CaseOut.of(actions.place_landmarks(actor, case_id, Asked({}, None, method), repeatable))
+
+
+@router.post("/cases/{case_id}/review", responses=problems("state-conflict"))
+def send_for_review(
+    case_id: CaseId, actor: WriterDep, store: StoreDep, staff: StaffDep, settings: SettingsDep
+) -> CaseOut:
+    """Hand the result to the clinicians of the organisation. Sent twice, it was sent once."""
+    case = store.get(actor, case_id)
+    if actor.kind == "family" and not reviewer_name(case, staff, settings):
+        raise Problem("state-conflict", "No clinician is connected to this service.")
+    return CaseOut.of(store.send_for_review(actor, case_id))
+
+
+@router.delete("/cases/{case_id}/review", responses=problems("state-conflict"))
+def take_back(case_id: CaseId, actor: WriterDep, store: StoreDep) -> CaseOut:
+    """Take it back before a clinician has decided, so that points or scan can be changed."""
+    return CaseOut.of(store.take_back(actor, case_id))
 
 
 @router.post("/cases/{case_id}/cancel", responses=problems("state-conflict"))
-def cancel(case_id: CaseId, actor: WriterDep, actions: ActionsDep) -> CaseOut:
+def cancel_case(case_id: CaseId, actor: WriterDep, actions: ActionsDep) -> CaseOut:
     """Stop what is at work. The case waits again for what it waited for before."""
     return CaseOut.of(actions.cancel(actor, case_id))
 

@@ -13,8 +13,8 @@ from starlette.concurrency import run_in_threadpool
 from lubdub.cases.errors import CaseNotFound
 from lubdub.cases.states import ENDED
 from lubdub.cases.values import Actor, Case
-from lubdub.web.api_cases import BEARER, USUAL, CaseId
-from lubdub.web.deps import ReaderDep, StoreDep
+from lubdub.web.api_cases import USUAL, CaseId
+from lubdub.web.deps import BEARER, ReaderDep, StoreDep
 
 POLL_S = 0.4
 RETRY_MS = 2000
@@ -29,7 +29,7 @@ def _listened(case_id: CaseId, actor: ReaderDep, store: StoreDep) -> tuple[Actor
 
 
 @router.get("/cases/{case_id}/events", response_class=EventSourceResponse)
-async def listen(
+async def listen_to_case(
     request: Request,
     listened: Annotated[tuple[Actor, Case], Depends(_listened)],
     store: StoreDep,

@@ -6,15 +6,43 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
+from starlette.middleware.gzip import GZipMiddleware
 
 from lubdub import __version__
 from lubdub.settings import Settings
-from lubdub.web import api_cases, api_events, api_results, docs, health, pages
+from lubdub.web import (
+    api_cases,
+    api_embed,
+    api_events,
+    api_fhir,
+    api_keys,
+    api_oauth,
+    api_results,
+    api_samples,
+    api_uploads,
+    api_webhooks,
+    docs,
+    health,
+    pages,
+)
+from lubdub.web.documented import document_problems
 from lubdub.web.envelope import Envelope
 from lubdub.web.limits import BodyLimit, RateLimit
 from lubdub.web.problems import install_problems
 from lubdub.web.services import open_services
 
+REST = (
+    api_cases,
+    api_events,
+    api_uploads,
+    api_results,
+    api_fhir,
+    api_samples,
+    api_webhooks,
+    api_embed,
+    api_keys,
+    api_oauth,
+)
 DESCRIPTION = (
     "Shows a lay person where on the chest in the uploaded scan the four usual heart-listening areas are estimated "
     "to be, so that sounds can be recorded for a clinician. It does not listen, does not diagnose, is not for "
@@ -43,17 +71,22 @@ def create_app(settings: Settings) -> FastAPI:
         openapi_url="/api/v1/openapi.json",
         docs_url=None,
         redoc_url=None,
+        generate_unique_id_function=lambda route: route.name,
     )
     app.state.settings = settings
     # Replaced by the server that runs it: whom to tell that it is ready, and whether it is about to end.
     app.state.announce = lambda: None
     app.state.is_stopping = lambda: False
-    for room in (api_cases, api_events, api_results):
+    for room in REST:
         app.include_router(room.router, prefix="/api/v1")
+    for room in (api_fhir, api_embed):
+        app.include_router(room.public)
     app.include_router(health.router)
     app.include_router(docs.router)
     install_problems(app)
+    document_problems(app)
     pages.install(app)
+    app.add_middleware(GZipMiddleware, minimum_size=500, compresslevel=6)
     app.add_middleware(RateLimit, settings=settings)
     app.add_middleware(BodyLimit, settings=settings)
     app.add_middleware(Envelope, is_https=settings.is_https)

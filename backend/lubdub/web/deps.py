@@ -3,86 +3,127 @@
 Pages: `FamilyDep` (makes the session when there is none; the cookie is set on whatever is returned), `CaseDep`
 (the family's own case of the path's `case_id`, else 404), `FormGuard` (put it in the route's `dependencies` of
 every form), `csrf_token(family)` for the form's hidden field `csrf_token`.
-REST: `ReaderDep`, `WriterDep` (the actor: a portal's key with the scope, or a family's own session).
-All services: `StoreDep`, `FilesDep`, `ActionsDep`, `EngineDep`, `SettingsDep`.
+The desk: `ClinicianDep` (who is signed in; else pages lead to the sign-in page, scripts and sockets get 401),
+`LeadDep`, `AdministratorDep` or `role(...)` (the same with at least that role, else 403), `DeskGuard` (in the
+`dependencies` of everything that changes), `VisitorDep` and `VisitorGuard` for pages before signing in.
+REST: `ReaderDep`, `WriterDep` (the actor: a portal's key with the scope, or a family's own session); for what only
+portals have `KeyManagerDep`, `WebhookManagerDep`, `PortalWriterDep`.
+All services: `StoreDep`, `ReviewsDep`, `DraftsDep`, `FilesDep`, `ActionsDep`, `EngineDep`, `SettingsDep`.
 """
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import Depends, Request
+from fastapi import Depends, Request, Security
+from fastapi.openapi.models import OAuthFlowClientCredentials, OAuthFlows
+from fastapi.security import HTTPBearer, OAuth2, SecurityScopes
 from starlette.requests import HTTPConnection
 
-from lubdub.cases.files import FileVault
-from lubdub.cases.store import CaseStore
 from lubdub.cases.values import Actor, Case, FamilySession
-from lubdub.jobs.engine import JobEngine
-from lubdub.settings import Settings
 from lubdub.web import guard
-from lubdub.web.actions import CaseActions
+from lubdub.web.deps_desk import (
+    AdministratorDep,
+    ClinicianDep,
+    DeskGuard,
+    KnownClinicianDep,
+    LeadDep,
+    VisitorDep,
+    VisitorGuard,
+    role,
+)
+from lubdub.web.deps_services import (
+    ActionsDep,
+    DraftsDep,
+    EmbeddingDep,
+    EngineDep,
+    FilesDep,
+    KeysDep,
+    LinksDep,
+    ListingDep,
+    ReviewsDep,
+    ServicesDep,
+    SettingsDep,
+    StaffDep,
+    StoreDep,
+    UploadsDep,
+    WebhooksDep,
+    WorklistDep,
+)
+from lubdub.web.framing import FRAMED_PAGES, note_framing
 from lubdub.web.guard import csrf_token
 from lubdub.web.problems import Problem
-from lubdub.web.services import Services
 
 __all__ = [
+    "BEARER",
     "ActionsDep",
+    "AdministratorDep",
     "CaseDep",
+    "ClinicianDep",
+    "DeskGuard",
+    "DraftsDep",
+    "EmbeddingDep",
     "EngineDep",
     "FamilyDep",
     "FilesDep",
     "FormGuard",
+    "KeyManagerDep",
+    "KeysDep",
+    "KnownClinicianDep",
     "KnownFamilyDep",
+    "LeadDep",
+    "LinksDep",
+    "ListingDep",
+    "ManagerScopesDep",
+    "PortalWriterDep",
     "ReaderDep",
+    "ReviewsDep",
     "ServicesDep",
     "SettingsDep",
+    "StaffDep",
     "StoreDep",
+    "UploadsDep",
+    "VisitorDep",
+    "VisitorGuard",
+    "WebhookManagerDep",
+    "WebhooksDep",
+    "WorklistDep",
     "WriterDep",
     "csrf_token",
     "own_case",
+    "role",
 ]
 
 
-def services(connection: HTTPConnection) -> Services:
-    """What this process holds."""
-    held: Services = connection.app.state.services
-    return held
-
-
-ServicesDep = Annotated[Services, Depends(services)]
-
-
-def _settings(held: ServicesDep) -> Settings:
-    return held.settings
-
-
-def _store(held: ServicesDep) -> CaseStore:
-    return held.store
-
-
-def _files(held: ServicesDep) -> FileVault:
-    return held.files
-
-
-def _actions(held: ServicesDep) -> CaseActions:
-    return held.actions
-
-
-def _engine(held: ServicesDep) -> JobEngine:
-    return held.engine
-
-
-SettingsDep = Annotated[Settings, Depends(_settings)]
-StoreDep = Annotated[CaseStore, Depends(_store)]
-FilesDep = Annotated[FileVault, Depends(_files)]
-ActionsDep = Annotated[CaseActions, Depends(_actions)]
-EngineDep = Annotated[JobEngine, Depends(_engine)]
+BEARER = HTTPBearer(auto_error=False, description="A portal's key or token: `Authorization: Bearer lubdub_...`")
+SCOPE_WORDS = {
+    "cases:read": "Read cases and what came of them.",
+    "cases:write": "Open, change and delete cases.",
+    "keys:manage": "Make and end keys, and say whose pages may frame cases.",
+    "webhooks:manage": "Be told by webhooks.",
+}
+OAUTH2 = OAuth2(
+    flows=OAuthFlows(clientCredentials=OAuthFlowClientCredentials(tokenUrl="/api/v1/oauth/token", scopes=SCOPE_WORDS)),
+    auto_error=False,
+)
+"""BEARER and OAUTH2 are how the documentation says who calls, and with which scopes; `_caller` is what looks."""
+ShownDep = Annotated[str | None, Depends(OAUTH2)]
 
 
 def known_family(connection: HTTPConnection, held: ServicesDep) -> FamilySession | None:
-    """The session behind the cookie, or None. Works for WebSockets too."""
-    token = connection.cookies.get(guard.cookie_name(held.settings))
-    return None if not token else held.people.session_of(token)
+    """The session behind the cookie, or None. Works for WebSockets too.
+
+    A browser may hold a second one, of a portal's frame; it counts for the case it was made for.
+    """
+    own, framed = (
+        None if not token else held.people.session_of(token)
+        for token in map(connection.cookies.get, guard.cookie_names(held.settings))
+    )
+    case_id = connection.path_params.get("case_id")
+    if framed is not None and (own is None or (case_id is not None and held.store.has(framed.actor, case_id))):
+        note_framing(connection, framed)
+        return framed
+    return own
 
 
 KnownFamilyDep = Annotated[FamilySession | None, Depends(known_family)]
@@ -91,6 +132,8 @@ KnownFamilyDep = Annotated[FamilySession | None, Depends(known_family)]
 def family(connection: HTTPConnection, held: ServicesDep, known: KnownFamilyDep) -> FamilySession:
     """The browser's session; a new one, with its cookie, when there is none."""
     if known is not None:
+        if known.is_embedded and not connection.url.path.startswith(FRAMED_PAGES):
+            raise Problem("page-not-found", "This page is not part of the frame.")
         return known
     session = held.people.open_session(held.settings.session_hours)
     connection.state.set_cookie = guard.session_cookie(held.settings, session)
@@ -100,34 +143,35 @@ def family(connection: HTTPConnection, held: ServicesDep, known: KnownFamilyDep)
 FamilyDep = Annotated[FamilySession, Depends(family)]
 
 
-def own_case(case_id: str, session: FamilyDep, store: StoreDep) -> Case:
-    """The case, if it is this family's. Raises CaseNotFound, shown as 404."""
-    return store.get(session.actor, case_id)
+def own_case(case_id: str, connection: HTTPConnection, session: FamilyDep, store: StoreDep) -> Case:
+    """The case, if it is this family's. Raises CaseNotFound, shown as 404. Pages then speak of its person."""
+    case = store.get(session.actor, case_id)
+    connection.state.person = case.person
+    connection.state.case = case
+    return case
 
 
 CaseDep = Annotated[Case, Depends(own_case)]
 
 
 async def _form_guard(request: Request, session: FamilyDep, settings: SettingsDep) -> None:
-    guard.refuse_cross_site(request, settings)
-    form = await request.form()
-    token = form.get(guard.CSRF_FIELD)
-    guard.refuse_wrong_token(session, token if isinstance(token, str) else None)
+    await guard.refuse_foreign(request, session, settings)
 
 
 FormGuard = Depends(_form_guard)
 
 
-def _actor(request: Request, held: ServicesDep, scope: str) -> Actor:
-    """A bearer key counts alone: with one, cookies are not looked at."""
+def _caller(request: Request, held: ServicesDep, needed: SecurityScopes, shown: ShownDep) -> Actor:
+    """A bearer key counts alone: with one, cookies are not looked at. It must have every scope needed."""
     kind, _, token = request.headers.get("authorization", "").partition(" ")
     if kind:
-        key = held.people.key_of(token.strip()) if kind.lower() == "bearer" else None
+        key = held.keys.known(token.strip()) if kind.lower() == "bearer" else None
         if key is None:
             raise Problem("not-signed-in", "This key is not known or was revoked.", {"WWW-Authenticate": "Bearer"})
-        if scope not in key.scopes:
-            raise Problem("scope-missing", f"This call needs a key with the scope {scope}.")
-        return Actor("key", key.id, key.tenant_id)
+        missing = [scope for scope in needed.scopes if scope not in key.scopes]
+        if missing:
+            raise Problem("scope-missing", f"This call needs a key with the scope {missing[0]}.")
+        return key.actor
     session = known_family(request, held)
     if session is None:
         raise Problem("not-signed-in", "Send a key as a bearer token.", {"WWW-Authenticate": "Bearer"})
@@ -137,13 +181,24 @@ def _actor(request: Request, held: ServicesDep, scope: str) -> Actor:
     return session.actor
 
 
-def _reader(request: Request, held: ServicesDep) -> Actor:
-    return _actor(request, held, "cases:read")
+def _portal(request: Request, held: ServicesDep, needed: SecurityScopes, shown: ShownDep) -> Actor:
+    """For what families do not have: a session does not count, only a key or a token."""
+    if not request.headers.get("authorization"):
+        raise Problem("not-signed-in", "Send a key as a bearer token.", {"WWW-Authenticate": "Bearer"})
+    return _caller(request, held, needed, shown)
 
 
-def _writer(request: Request, held: ServicesDep) -> Actor:
-    return _actor(request, held, "cases:write")
+KeyManagerDep = Annotated[Actor, Security(_portal, scopes=["keys:manage"])]
+WebhookManagerDep = Annotated[Actor, Security(_portal, scopes=["webhooks:manage"])]
+PortalWriterDep = Annotated[Actor, Security(_portal, scopes=["cases:write"])]
 
 
-ReaderDep = Annotated[Actor, Depends(_reader)]
-WriterDep = Annotated[Actor, Depends(_writer)]
+def _manager_scopes(request: Request, held: ServicesDep, manager: KeyManagerDep) -> tuple[str, ...]:
+    """What the key that calls may do itself."""
+    key = held.keys.known(request.headers["authorization"].partition(" ")[2].strip())
+    return () if key is None else key.scopes
+
+
+ReaderDep = Annotated[Actor, Security(_caller, scopes=["cases:read"])]
+WriterDep = Annotated[Actor, Security(_caller, scopes=["cases:write"])]
+ManagerScopesDep = Annotated[tuple[str, ...], Depends(_manager_scopes)]

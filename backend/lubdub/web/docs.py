@@ -9,10 +9,15 @@ from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, Response
 from markupsafe import Markup, escape
 
+from lubdub.settings import Settings
 from lubdub.web.problems import PROBLEMS, Problem
 
 router = APIRouter(include_in_schema=False)
 
+SNIPPETS = ("journey.sh", "journey.py", "token.sh", "webhook.py", "embed.html")
+"""Programs to copy from the page; the tests copy and run them."""
+
+_plain = jinja2.Environment(loader=jinja2.PackageLoader("lubdub.web", "documents/snippets"))  # nosec B701 (no page)
 _templates = jinja2.Environment(loader=jinja2.PackageLoader("lubdub.web", "documents"), autoescape=True)
 
 
@@ -27,13 +32,17 @@ _templates.filters["code"] = _code
 
 @router.get("/api/docs", response_class=HTMLResponse)
 def documentation(request: Request) -> HTMLResponse:
-    """Every call of the OpenAPI document, with its parameters and answers."""
+    """From key to result, and every call of the OpenAPI document with its parameters and answers."""
     document = request.app.openapi()
+    settings: Settings = request.app.state.settings
     page = _templates.get_template("docs.html").render(
         document=document,
         operations=_operations(document),
         problems=PROBLEMS,
-        address=request.app.state.settings.address,
+        snippets={name: _plain.get_template(f"{name}.j2").render(address=settings.address) for name in SNIPPETS},
+        per_minute=settings.requests_per_minute,
+        max_mb=settings.max_upload_mb,
+        snomed=settings.snomed,
     )
     return HTMLResponse(page)
 

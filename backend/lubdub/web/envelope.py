@@ -10,6 +10,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.requests import ClientDisconnect, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from lubdub.web.framing import STATE, allow_framing
 from lubdub.web.problems import answer_error
 
 PAGE_POLICY = "; ".join(
@@ -65,6 +66,11 @@ class Envelope:
                 headers["X-Request-Id"] = request_id
                 for name, value in self._headers.items():
                     headers.setdefault(name, value)
+                if headers.get("Content-Type", "").startswith("text/event-stream"):
+                    headers["Cache-Control"] = HEADERS["Cache-Control"]  # the framework's own would let it be kept
+                framed_by = scope["state"].get(STATE)
+                if framed_by is not None:
+                    allow_framing(headers, framed_by)
                 cookie = scope["state"].get("set_cookie")
                 if cookie is not None:
                     headers.append("Set-Cookie", cookie)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import threading
 import time
 from collections import OrderedDict
 
+from starlette.datastructures import MutableHeaders
 from starlette.formparsers import MultiPartParser
 from starlette.requests import HTTPConnection, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -19,6 +21,7 @@ MEGABYTE = 1_000_000
 FORM_BYTES = 20 * MEGABYTE
 """A page's form, with a small scan in it for browsers without scripts; larger scans are streamed by REST."""
 JSON_BYTES = MEGABYTE
+UPLOADS = "/api/v1/uploads"
 CALLERS_REMEMBERED = 10_000
 
 MultiPartParser.spool_max_size = FORM_BYTES + MEGABYTE
@@ -30,7 +33,7 @@ def allowed_bytes(scope: Scope, settings: Settings) -> int:
     path: str = scope["path"]
     if not path.startswith("/api/"):
         return FORM_BYTES
-    is_scan = scope["method"] == "PUT" and path.endswith("/scan")
+    is_scan = (scope["method"] == "PUT" and path.endswith("/scan")) or path.startswith(UPLOADS)
     return settings.max_upload_mb * MEGABYTE if is_scan else JSON_BYTES
 
 
@@ -72,8 +75,20 @@ def _too_large(allowed: int) -> Problem:
     return Problem("too-large", f"At most {allowed // MEGABYTE} MB are taken in here.")
 
 
+def _telling(headers: dict[str, str], send: Send) -> Send:
+    async def told(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).update(headers)
+        await send(message)
+
+    return told
+
+
 class RateLimit:
-    """A bucket of calls per caller (key, session or address), refilled steadily. In memory, per process."""
+    """A bucket of calls per caller (key, session or address), refilled steadily. In memory, per process.
+
+    Programs are told how full it is, as the IETF's draft on rate limit headers has it.
+    """
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         """Around app."""
@@ -86,11 +101,24 @@ class RateLimit:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One call."""
         if scope["type"] == "http" and not scope["path"].startswith(("/static/", "/livez")):
-            wait = self._take(self._caller(HTTPConnection(scope)), time.monotonic())
+            left, wait = self._take(self._caller(HTTPConnection(scope)), time.monotonic())
+            told = self._told(left)
             if wait > 0:
-                problem = Problem("too-many-requests", "Please wait a little.", {"Retry-After": str(int(wait) + 1)})
-                return await _answer(problem, scope, receive, send)
+                told["Retry-After"] = str(math.ceil(wait))
+                return await _answer(Problem("too-many-requests", "Please wait a little.", told), scope, receive, send)
+            if scope["path"].startswith("/api/"):
+                return await self._app(scope, receive, _telling(told, send))
         return await self._app(scope, receive, send)
+
+    def _told(self, left: float) -> dict[str, str]:
+        """How many calls are left, and in how many seconds all of them are back."""
+        until_full = math.ceil((self._capacity - left) * 60 / self._capacity)
+        return {
+            "RateLimit-Policy": f"{self._capacity};w=60",
+            "RateLimit-Limit": str(self._capacity),
+            "RateLimit-Remaining": str(int(left)),
+            "RateLimit-Reset": str(until_full),
+        }
 
     def _caller(self, connection: HTTPConnection) -> str:
         said = connection.headers.get("authorization") or connection.cookies.get(self._cookie)
@@ -98,8 +126,8 @@ class RateLimit:
             return hashlib.sha256(said.encode()).hexdigest()
         return connection.client.host if connection.client else "unknown"
 
-    def _take(self, caller: str, moment: float) -> float:
-        """Take one call out of the caller's bucket; seconds to wait when it is empty."""
+    def _take(self, caller: str, moment: float) -> tuple[float, float]:
+        """Take one call out of the caller's bucket; calls left, and seconds to wait when it is empty."""
         per_second = self._capacity / 60
         with self._lock:
             left, since = self._buckets.pop(caller, (float(self._capacity), moment))
@@ -112,4 +140,4 @@ class RateLimit:
             self._buckets[caller] = (left, moment)
             if len(self._buckets) > CALLERS_REMEMBERED:
                 self._buckets.popitem(last=False)
-        return wait
+        return left, wait

@@ -1,17 +1,75 @@
-"""The family's pages: one router over all steps, and the page shown when something is not as it should be."""
+"""The pages of family and desk: one router over all, and the page shown when something is not as it should be."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 from fastapi import APIRouter, FastAPI, Request
 from fastapi.responses import JSONResponse, Response
 
-from lubdub.web import pages_points, pages_result, pages_scan, pages_start, pages_static, pages_stickers, view
+from lubdub.web import (
+    desk_account,
+    desk_audit,
+    desk_families,
+    desk_join,
+    desk_oidc,
+    desk_passkeys,
+    desk_people,
+    desk_review,
+    desk_sign_in,
+    desk_view,
+    desk_worklist,
+    languages,
+    pages_ask,
+    pages_consent,
+    pages_embed,
+    pages_feel,
+    pages_guide,
+    pages_handoff,
+    pages_invited,
+    pages_points,
+    pages_result,
+    pages_scan,
+    pages_start,
+    pages_static,
+    pages_stickers,
+    pages_waiting,
+    view,
+)
+from lubdub.web.desk_common import is_desk, to_sign_in
 from lubdub.web.pages_common import wants_json
 from lubdub.web.pages_look import gettext_of, render
 from lubdub.web.problems import Problem, problem_response
 
 router = APIRouter()
-for part in (pages_static, pages_stickers, pages_start, pages_scan, pages_points, pages_result):
+PARTS = (
+    pages_static,
+    languages,
+    pages_stickers,
+    pages_embed,
+    pages_start,
+    pages_ask,
+    pages_consent,
+    pages_guide,
+    pages_scan,
+    pages_handoff,
+    pages_invited,
+    pages_waiting,
+    pages_feel,
+    pages_points,
+    pages_result,
+    desk_join,
+    desk_sign_in,
+    desk_oidc,
+    desk_account,
+    desk_passkeys,
+    desk_people,
+    desk_families,
+    desk_audit,
+    desk_worklist,
+    desk_review,
+)
+for part in PARTS:
     router.include_router(part.router)
 
 
@@ -19,6 +77,7 @@ def install(app: FastAPI) -> None:
     """Put the pages, the live views and the error page into the application."""
     app.include_router(router)
     app.include_router(view.router)
+    app.include_router(desk_view.router)
     app.state.error_page = error_page
 
 
@@ -26,29 +85,68 @@ def error_page(request: Request, problem: Problem) -> Response:
     """A problem in plain words, with a way on."""
     if wants_json(request) or request.url.path.startswith("/static/"):
         return _as_json(request, problem)
+    if problem.kind == "not-signed-in" and is_desk(request):
+        return to_sign_in(request)
     _ = gettext_of(request)
-    headings = {
-        404: _("There is nothing here"),
-        403: _("This page is too old"),
-        409: _("That does not fit right now"),
-        413: _("The file is too large"),
-        429: _("Please wait a moment"),
-    }
-    messages = {
-        404: _("The page was deleted, has moved, or belongs to somebody else. Nothing of yours is lost."),
-        403: _("It was open for a long time. Load it again and repeat the last thing you did."),
-    }
+    heading, message = _words(problem, _)
     case_id = request.path_params.get("case_id")
     is_known = case_id is not None and problem.status_code != 404
+    if is_desk(request):
+        return render(
+            request,
+            "clinician/lost/lost.html",
+            status_code=problem.status_code,
+            heading=heading,
+            message=message,
+        )
     return render(
         request,
         "family/lost/lost.html",
         status_code=problem.status_code,
-        heading=headings.get(problem.status_code, _("Something went wrong on our side")),
-        message=messages.get(problem.status_code, problem.detail),
+        heading=heading,
+        message=message,
         retry=f"/cases/{case_id}" if is_known else "/",
         retry_words=_("Go on where I was") if is_known else _("To the start page"),
     )
+
+
+def _words(problem: Problem, _: Callable[[str], str]) -> tuple[str, str]:
+    """Heading and sentence of the page that tells of a problem."""
+    by_status = {
+        404: (
+            _("There is nothing here"),
+            _("The page was deleted, has moved, or belongs to somebody else. Nothing of yours is lost."),
+        ),
+        403: (
+            _("This page is too old"),
+            _("It was open for a long time. Load it again and repeat the last thing you did."),
+        ),
+        409: (
+            _("That does not fit right now"),
+            _("Something has changed, perhaps in another window. Nothing is lost: go on where you were."),
+        ),
+        405: (_("There is nothing here"), _("Pages are opened by their buttons and links. Go back and use those.")),
+        422: (
+            _("Something is missing"),
+            _("What was sent is not what this page asks for. Load it again and answer once more."),
+        ),
+        413: (
+            _("The file is too large"),
+            _("Export the scan with less detail, or cut it down to the chest, and send it again."),
+        ),
+        429: (_("Please wait a moment"), _("There were very many calls in a short time. Try again in a minute.")),
+        503: (_("Please wait a moment"), _("The service is not ready right now. Try again in a few minutes.")),
+    }
+    ours = _("Something went wrong on our side"), _("It is not your fault, and nothing of yours is lost. Try again.")
+    by_kind = {
+        "point-not-placed": (_("That does not fit right now"), problem.detail),
+        "role-missing": (_("Your role does not allow this"), _("Ask an administrator of your organisation.")),
+        "consent-missing": (
+            _("First a few questions"),
+            _("Nobody has agreed to the scan yet. Go to the start page and answer its questions."),
+        ),
+    }
+    return by_kind.get(problem.kind) or by_status.get(problem.status_code, ours)
 
 
 def _as_json(request: Request, problem: Problem) -> JSONResponse:

@@ -9,11 +9,11 @@ from fastapi.responses import JSONResponse, RedirectResponse, Response
 from starlette.datastructures import FormData
 
 from lubdub.cases.values import Case
-from lubdub.results import PUBERTY_YEARS, LandmarkName
+from lubdub.results import PUBERTY_YEARS, Examination, LandmarkName
 from lubdub.web.pages_marks import Marks, asked_points
 from lubdub.web.view_desk import ViewDesk
 
-STEP_OF = {"who": 1, "scan": 2, "size": 3, "points": 4, "result": 5}
+STEP_OF = {"who": 1, "consent": 2, "prepare": 3, "scan": 4, "size": 5, "points": 6, "result": 7}
 
 
 async def _form(request: Request) -> FormData:
@@ -40,11 +40,15 @@ def said(form: FormData, name: str) -> str:
 def next_path(case: Case, marks: Marks) -> str:
     """The page a case belongs on now."""
     step = {
-        "awaiting_scan": "scan",
+        "awaiting_scan": _preparing(case),
         "checking": "checking",
         "queued": "waiting",
         "running": "waiting",
         "done": "result",
+        "in_review": "result",
+        "reviewed": "result",
+        "returned": "refused",
+        "unusable": "refused",
         "refused": "refused",
         "failed": "refused",
         "deleted": "removed",
@@ -53,9 +57,31 @@ def next_path(case: Case, marks: Marks) -> str:
     return f"/cases/{case.id}/{step}"
 
 
+def _preparing(case: Case) -> str:
+    if case.guide.is_read or case.has_scan:
+        return "scan"
+    return _instructions(case)
+
+
+def _instructions(case: Case) -> str:
+    return f"guide/{case.guide.app}" if case.guide.app else "guide"
+
+
+def before_scan(case: Case) -> str:
+    """The last page of the instructions; there is nothing to get ready for who has a file already."""
+    if case.guide.app in (None, "file"):
+        return f"/cases/{case.id}/{_instructions(case)}"
+    return f"/cases/{case.id}/ready"
+
+
 def asked_of(case: Case) -> tuple[LandmarkName, ...]:
     """The points asked for this patient."""
     return asked_points(case.sex, case.age_years, PUBERTY_YEARS)
+
+
+def is_unclear(examination: Examination) -> bool:
+    """Whether the scan's shape does not say which way the body lies, so that a person has to."""
+    return any(warning.code == "lie_unclear" for warning in examination.warnings)
 
 
 def go(path: str) -> RedirectResponse:

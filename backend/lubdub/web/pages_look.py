@@ -5,51 +5,28 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
-from babel.messages.pofile import read_po
-from babel.support import NullTranslations
+from babel.core import Locale
+from babel.lists import format_list
 from fastapi import Request
-from fastapi.responses import HTMLResponse, Response
+from fastapi.responses import HTMLResponse
 from jinja2 import Environment, FileSystemLoader, select_autoescape
 from markupsafe import Markup
 
-from lubdub.cases.values import FamilySession
-from lubdub.settings import PROJECT_FOLDER, Settings
+from lubdub.report.printing import FontMissing, letters_for
+from lubdub.views.scene import Sides
 from lubdub.views.stickers import AREA_STYLES, Colour
-from lubdub.web.guard import CSRF_FIELD, csrf_token
+from lubdub.web.framing import told_to_portal
+from lubdub.web.guard import CSRF_FIELD, HasToken, csrf_token
+from lubdub.web.languages import language_of, languages, words_of
+from lubdub.web.nhsuk import FRONTEND
+from lubdub.web.pages_emergency import emergency_numbers
+from lubdub.web.pages_static import with_versions
 
-FRONTEND = PROJECT_FOLDER / "frontend"
-WHO_COOKIE = "lubdub_who"
-STEPS = 5
+STEPS = 7
 DRAWING = FRONTEND / "parts" / "drawings" / "body.json"
 """The line drawing's lines and places, made from a reference body by `references.make.drawing`."""
-
-
-class Words(NullTranslations):
-    """One language's sentences, read from its catalogue; a sentence without translation stays English."""
-
-    def __init__(self, catalogue: Path | None) -> None:
-        """Over a `.po` file, or none for English."""
-        super().__init__()
-        self._said: dict[str, str] = {}
-        if catalogue is not None:
-            with catalogue.open("rb") as file:
-                self._said = {
-                    str(message.id): str(message.string) for message in read_po(file) if message.id and message.string
-                }
-
-    def gettext(self, message: str) -> str:
-        """The sentence in this language."""
-        return self._said.get(message, message)
-
-
-@lru_cache(maxsize=8)
-def words_of(language: str) -> Words:
-    """The catalogue of a language; English needs none."""
-    catalogue = FRONTEND / "words" / language / "LC_MESSAGES" / "messages.po"
-    return Words(catalogue if catalogue.exists() else None)
 
 
 @lru_cache(maxsize=8)
@@ -63,7 +40,11 @@ def _environment(language: str) -> Environment:
     )
     environment.install_gettext_translations(words_of(language), newstyle=True)  # type: ignore[attr-defined]
     environment.globals.update(
-        language=language, steps=STEPS, places=place_looks(), body=json.loads(DRAWING.read_text())
+        language=language,
+        direction=Locale.parse(language).text_direction,
+        steps=STEPS,
+        places=place_looks(),
+        body=json.loads(DRAWING.read_text()),
     )
     return environment
 
@@ -92,42 +73,62 @@ def gettext_of(request: Request) -> Callable[[str], str]:
     return words_of(language_of(request)).gettext
 
 
-def language_of(request: Request) -> str:
-    """English until there is a second catalogue."""
-    return "en"
-
-
 def person_words(request: Request) -> dict[str, str]:
-    """How the page speaks of the person: as chosen on the second page."""
+    """How the page speaks of the person: as the case or the answers so far say."""
     _ = gettext_of(request)
-    who = request.cookies.get(WHO_COOKIE)
+    who = person_of(request)
     if who == "self":
         return {"person": _("the person who helps you"), "persons": _("your")}
-    if who == "sample":
+    if who in ("sample", "other"):
         return {"person": _("the person"), "persons": _("the person's")}
     return {"person": _("your child"), "persons": _("your child's")}
 
 
-def remember_who(response: Response, who: str, settings: Settings) -> Response:
-    """Keep how to speak of the person: `child`, `self` or `sample`."""
-    response.set_cookie(WHO_COOKIE, who, httponly=True, samesite="lax", secure=settings.is_https)
-    return response
+def person_of(request: Request) -> str:
+    """`child`, `self` or `sample`: of the case this page is about (`deps.own_case`) or of the answers so far."""
+    return str(getattr(request.state, "person", "child"))
+
+
+def sides_of(request: Request) -> Sides:
+    """The words on the plates of a 3D view, in the page's language."""
+    _ = gettext_of(request)
+    right, left = _("patient's right"), _("patient's left")
+    try:
+        return Sides(_in_two(right), _in_two(left), letters_for(right + left))
+    except FontMissing:
+        return Sides()  # English plates are better than none
+
+
+def _in_two(words: str) -> str:
+    return "\n".join(words.rsplit(" ", 1))
 
 
 def render(
-    request: Request, template: str, session: FamilySession | None = None, status_code: int = 200, **facts: Any
+    request: Request, template: str, session: HasToken | None = None, status_code: int = 200, **facts: Any
 ) -> HTMLResponse:
     """A page. session: whose form token goes into its forms."""
-    facts = {"errors": {}, "words": person_words(request), **facts}
+    numbers = emergency_numbers(request)
+    facts = {
+        "errors": {},
+        "words": person_words(request),
+        "is_sample": person_of(request) == "sample",
+        "numbers": numbers,
+        "number_words": format_list(numbers, "or", locale=language_of(request)),
+        "languages": languages(),
+        "here": request.url.path,
+        "embedded": told_to_portal(request),
+        **facts,
+    }
     if session is not None:
         token = csrf_token(session)
         field = Markup('<input type="hidden" name="{}" value="{}">').format(CSRF_FIELD, token)
         facts |= {"csrf": lambda: field, "token": token}
     page = _environment(language_of(request)).get_template(template).render(**facts)
-    return HTMLResponse(page, status_code)
+    headers = {"Content-Language": language_of(request), "Vary": "Accept-Language, Cookie"}
+    return HTMLResponse(with_versions(page), status_code, headers)
 
 
-def render_part(request: Request, template: str, session: FamilySession, **facts: Any) -> str:
+def render_part(request: Request, template: str, session: HasToken, **facts: Any) -> str:
     """A piece of a page, to be swapped in by its script."""
     page: bytes | memoryview = render(request, template, session, **facts).body
     return bytes(page).decode()

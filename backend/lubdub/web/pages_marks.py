@@ -8,14 +8,17 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from lubdub.results import LANDMARK_NAMES, LandmarkName
+from lubdub.views.turning import Turn
 
 MOST_UNDONE = 30
+MOST_TURNS = 60
 
 
 @dataclass(frozen=True)
 class Marks:
     """placed: name -> [x, y, z] in the file's own coordinates; stuck: those of them that stickers marked, until they
-    are moved; kept: suggestions left as they are; past: what undo goes back to, oldest first."""
+    are moved; kept: suggestions left as they are; past: what undo goes back to, oldest first; is_taught: the two
+    bones were explained; turns: how a picture whose lie is unclear was turned, oldest first."""
 
     sides_confirmed: bool = False
     placed: Mapping[str, list[float]] = field(default_factory=dict)
@@ -24,20 +27,32 @@ class Marks:
     target: str | None = None
     past: tuple[Mapping[str, Any], ...] = ()
     stuck: tuple[str, ...] = ()
+    is_taught: bool = False
+    turns: tuple[str, ...] = ()
 
     def confirmed(self, asked: tuple[LandmarkName, ...], stuck: Mapping[str, list[float]] | None = None) -> Marks:
-        """The sides are right; the first point that no sticker marks is asked for.
+        """The sides are right; the first point that is not known yet is asked for.
 
         stuck: what stickers mark, name -> [x, y, z]; what was already said about a point stays.
         """
         new = {name: place for name, place in (stuck or {}).items() if not self.is_answered(name)}
         marks = replace(self, sides_confirmed=True, placed={**self.placed, **new}, stuck=(*self.stuck, *new))
-        first = next((name for name in asked if name not in marks.stuck), None)
-        return replace(marks, target=self.target or first)
+        return replace(marks, target=self.target or marks._open(asked))
 
     def with_known(self, placed: Mapping[str, list[float]]) -> Marks:
         """Points that are known from elsewhere; they can still be moved."""
         return replace(self, placed=dict(placed))
+
+    def taught(self) -> Marks:
+        """What to feel for was shown."""
+        return replace(self, is_taught=True)
+
+    def turned(self, way: Turn) -> Marks:
+        """The picture a quarter further round, one of four to each way."""
+        turns = (*self.turns, way)
+        if turns[-4:] == (way,) * 4:
+            turns = turns[:-4]
+        return replace(self, turns=turns[-MOST_TURNS:])
 
     def with_placed(self, name: LandmarkName, position: list[float]) -> Marks:
         """A point put somewhere, or moved. It stays the target, so that the next tap corrects it."""
@@ -93,7 +108,7 @@ class Marks:
     def from_bytes(data: bytes) -> Marks:
         """As it was stored."""
         said = json.loads(data)
-        for name in ("kept", "skipped", "past", "stuck"):
+        for name in ("kept", "skipped", "past", "stuck", "turns"):
             said[name] = tuple(said.get(name, ()))
         return Marks(**said)
 

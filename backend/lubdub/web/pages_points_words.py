@@ -6,11 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from fastapi import Request
 
+from lubdub.marking import Oddity, lies_clear
 from lubdub.results import BONE_LANDMARKS, LANDMARK_NAMES, Examination, LandmarkName
+from lubdub.web.pages_common import is_unclear
 from lubdub.web.pages_look import gettext_of
 from lubdub.web.pages_marks import Marks
+from lubdub.web.pages_points_odd import odd_texts
 
 
 @dataclass(frozen=True)
@@ -28,29 +32,23 @@ def point_texts(_: Callable[[str], str]) -> dict[LandmarkName, PointText]:
         "suprasternal_notch": PointText(
             _("top of the breastbone"),
             _("Feel the top of the breastbone"),
-            _(
-                "Slide a finger down the throat into the soft hollow between the collarbones. "
-                "Tap the hard edge just below it."
-            ),
+            _("Tap the hard upper edge, just below the soft hollow."),
         ),
         "xiphisternum": PointText(
             _("lower end of the breastbone"),
             _("Feel the lower end of the breastbone"),
-            _(
-                "Slide a finger down the middle of the breastbone until the bone stops and the soft belly begins. "
-                "Tap the last hard spot."
-            ),
+            _("Tap the last hard spot, where the ribs of both sides meet."),
         ),
         "navel": PointText(_("belly button"), _("Find the belly button"), _("Tap its middle on the picture.")),
         "nipple_left": PointText(
             _("patient's left nipple"),
             _("Find the patient's left nipple"),
-            _("It is on the side of the left hand: the right side of the picture. Tap its middle."),
+            _("It is on the side of the person's own left hand. Tap its middle."),
         ),
         "nipple_right": PointText(
             _("patient's right nipple"),
             _("Find the patient's right nipple"),
-            _("It is on the side of the right hand: the left side of the picture. Tap its middle."),
+            _("It is on the side of the person's own right hand. Tap its middle."),
         ),
     }
 
@@ -59,10 +57,17 @@ class PointsWords:
     """What the page says about one case's points now."""
 
     def __init__(
-        self, request: Request, examination: Examination, marks: Marks, asked: tuple[LandmarkName, ...]
+        self,
+        request: Request,
+        examination: Examination,
+        marks: Marks,
+        asked: tuple[LandmarkName, ...],
+        oddities: tuple[Oddity, ...] = (),
     ) -> None:
         """Over what was suggested and what was said. asked: the points asked of this patient."""
         self._ = gettext_of(request)
+        self.is_unclear = is_unclear(examination)
+        self._oddities = oddities
         self._texts = point_texts(self._)
         self._suggested = examination.suggested
         self._marks = marks
@@ -78,14 +83,53 @@ class PointsWords:
         if name is None:
             return None
         text = self._texts[name]
-        return {**self._point(name), "heading": text.heading, "how": text.how, "state_words": self._state_words(name)}
+        return {
+            **self._point(name),
+            "heading": text.heading,
+            "how": text.how,
+            "state_words": self._state_words(name),
+            "cost": self._cost(name),
+            "of": len(self._asked),
+        }
+
+    def odd(self) -> list[str]:
+        """What is odd about the points placed so far and how to mend it, the gravest first."""
+        texts = odd_texts(self._)
+        return [texts[oddity.what].format(point=self._texts[oddity.names[0]].title) for oddity in self._oddities]
+
+    def stop(self) -> str | None:
+        """Why the places cannot be looked for yet, None when they can."""
+        grave = next((n for n, oddity in enumerate(self._oddities) if oddity.is_grave), None)
+        if grave is not None:
+            return self.odd()[grave]
+        if self.is_unclear and not lies_clear({name: np.zeros(3) for name in self._marks.placed}):  # type: ignore[misc]
+            return self._(
+                "We still cannot tell which way the body lies. "
+                "Please mark the top of the breastbone and the belly button."
+            )
+        return None
 
     def summary(self) -> str:
         """What the answer will rest on."""
         _ = self._
         if all(name in self._marks.placed for name in BONE_LANDMARKS):
             return _("Both ends of the breastbone are marked. That makes the places trustworthy.")
-        return _("Without both ends of the breastbone, felt with a finger, the places will be less sure.")
+        if "suprasternal_notch" in self._marks.placed:
+            return _("Without the lower end of the breastbone the places are less sure. The result will say so.")
+        if "xiphisternum" in self._marks.placed:
+            return _("Without the top of the breastbone the places are less sure. The result will say so.")
+        return _("Without both ends of the breastbone the places are less sure. The result will say so.")
+
+    def _cost(self, name: LandmarkName) -> str:
+        """What it costs to skip the point."""
+        _ = self._
+        if name in BONE_LANDMARKS and name not in self._suggested:
+            return _("Without this point the places are less sure. The result will say so.")
+        if name in BONE_LANDMARKS:
+            return _("A guess nobody felt does not count: without this point the places are less sure.")
+        if self.is_unclear and name == "navel":
+            return _("Without it we may not know which way the body lies.")
+        return _("Skipping it costs little when both ends of the breastbone are marked.")
 
     def _point(self, name: LandmarkName) -> dict[str, Any]:
         state = self._state(name)
@@ -96,12 +140,13 @@ class PointsWords:
             "kept": _("suggestion kept"),
             "skipped": _("skipped"),
             "optional": _("not needed"),
-            "suggested": _("suggested"),
+            "suggested": self._guess(name),
             "open": _("to do"),
         }
         return {
             "name": name,
             "number": LANDMARK_NAMES.index(name) + 1,
+            "is_odd": any(name in oddity.names for oddity in self._oddities),
             "title": self._texts[name].title,
             "state": state,
             "short_state": short[state],
@@ -135,6 +180,11 @@ class PointsWords:
                 return _("Our guess is rough. Please tap the place yourself.")
             return _("Our guess is on the picture, to about {distance}. Tap to correct it.").format(distance=near)
         return _("We could not find it. Please tap it on the picture.")
+
+    def _guess(self, name: LandmarkName) -> str:
+        near = self._how_near(self._suggested[name].uncertainty_mm) if name in self._suggested else None
+        _ = self._
+        return _("rough guess") if near is None else _("guess, to {distance}").format(distance=near)
 
     def _how_near(self, sigma_mm: float) -> str | None:
         """One standard deviation in words, a little on the careful side; None when it says nothing."""

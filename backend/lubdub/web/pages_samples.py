@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +58,26 @@ def samples_to_try(gettext: Callable[[str], str]) -> list[dict[str, str]]:
     return [{"name": one.name, "title": _title(one.patient, gettext)} for one in all_samples()]
 
 
+async def only_samples(chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    """The same bytes. Raises Problem `sandbox-takes-samples` at their end when they are no sample's file."""
+    seen = hashlib.sha256()
+    async for chunk in chunks:
+        seen.update(chunk)
+        yield chunk
+    await run_in_threadpool(refuse_others, seen.hexdigest())
+
+
+def refuse_others(scan_sha256: str) -> None:
+    """Raises Problem `sandbox-takes-samples` for a file that is no sample's."""
+    if scan_sha256 not in _known_scans():
+        raise Problem("sandbox-takes-samples", "This case is for trying out. Send the file of one of the samples.")
+
+
+@lru_cache(maxsize=1)
+def _known_scans() -> frozenset[str]:
+    return frozenset(hashlib.sha256(one.scan.read_bytes()).hexdigest() for one in all_samples())
+
+
 def _read(card: Path) -> Sample | None:
     scan = next((file for file in sorted(card.parent.iterdir()) if file.suffix != ".json"), None)
     if scan is None:
@@ -66,6 +88,7 @@ def _read(card: Path) -> Sample | None:
         sex="female" if said.get("sex") == "female" else "male",
         posture="sitting" if said.get("posture") == "sitting" else "supine",
         answers=dict.fromkeys(STOP_REASONS, "no"),
+        person="sample",
     )
     known = card.parent / LANDMARKS
     landmarks = json.loads(known.read_text(encoding="utf-8")) if known.exists() else {}

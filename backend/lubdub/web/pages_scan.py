@@ -1,4 +1,4 @@
-"""Sending a scan, waiting for its check, and saying whether size and sides are right."""
+"""Sending a scan, and saying whether its size and sides are right."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 from fastapi import APIRouter, Request
-from fastapi.responses import JSONResponse, Response
-from starlette.concurrency import run_in_threadpool
+from fastapi.responses import Response
 from starlette.datastructures import UploadFile
 
-from lubdub.cases.states import IN_WORK, TAKES_LANDMARKS, TAKES_SCAN
+from lubdub.cases.states import TAKES_LANDMARKS, TAKES_SCAN
 from lubdub.cases.values import Case
 from lubdub.results import Examination, Reason
 from lubdub.web.actions import UnitName
 from lubdub.web.deps import ActionsDep, CaseDep, FamilyDep, FormGuard, SettingsDep
-from lubdub.web.pages_common import STEP_OF, DeskDep, FormDep, asked_of, go, next_path, said
-from lubdub.web.pages_look import gettext_of, person_words, remember_who, render
-from lubdub.web.pages_samples import sample, samples_to_try
+from lubdub.web.pages_common import STEP_OF, DeskDep, FormDep, asked_of, before_scan, go, is_unclear, next_path, said
+from lubdub.web.pages_look import gettext_of, person_words, render
+from lubdub.web.pages_samples import samples_to_try
 from lubdub.web.pages_sizes import SizeWords
 from lubdub.web.pages_stickers import marked_by_stickers, sheets_for
 
@@ -47,61 +46,11 @@ async def scan_sent(
     """The file, from a browser without scripts; with them it is streamed by REST."""
     file = form.get("scan")
     if not isinstance(file, UploadFile) or not file.size:
-        errors = {"scan": gettext_of(request)("Choose the file from your scanning app first.")}
+        _ = gettext_of(request)
+        errors = {"scan": _("Choose the file from your scanning app first.")}
         return _scan_page(request, case, family, settings, errors)
     await actions.receive_scan(family.actor, case.id, _chunks(file))
     return go(f"/cases/{case.id}/checking")
-
-
-@router.post("/samples", dependencies=[FormGuard])
-async def sample_chosen(
-    family: FamilyDep, form: FormDep, actions: ActionsDep, desk: DeskDep, settings: SettingsDep
-) -> Response:
-    """A made-up body instead of a scan: a case of its own, with that body's age and sex."""
-    chosen = sample(said(form, "name"))
-    case, _new = await run_in_threadpool(actions.open, family.actor, chosen.patient)
-    await actions.receive_scan(family.actor, case.id, chosen.chunks())
-    await run_in_threadpool(desk.change, case.id, lambda marks: marks.with_known(chosen.landmarks))
-    return remember_who(go(f"/cases/{case.id}/checking"), "sample", settings)
-
-
-@router.get("/cases/{case_id}/checking")
-@router.get("/cases/{case_id}/waiting")
-def working(request: Request, case: CaseDep, family: FamilyDep, desk: DeskDep) -> Response:
-    """What is being done, live."""
-    path = next_path(case, desk.marks(case.id))
-    if case.status not in IN_WORK or request.url.path != path:
-        return go(path)
-    _ = gettext_of(request)
-    is_check = case.status == "checking"
-    return render(
-        request,
-        "family/checking/checking.html",
-        family,
-        case_id=case.id,
-        heading=_("Looking at the scan") if is_check else _("Finding the four places"),
-        lead=_("We check whether it shows a chest, and how big it is.")
-        if is_check
-        else _("We bend a reference body onto this chest and carry its four places over."),
-        stage=stage_words(request, case),
-        fraction=case.fraction,
-        step=STEP_OF["scan" if is_check else "result"],
-    )
-
-
-@router.get("/cases/{case_id}/state")
-def state(request: Request, case: CaseDep, desk: DeskDep) -> JSONResponse:
-    """The same in short, for the page's script."""
-    words = stage_words(request, case)
-    return JSONResponse({"stage": words, "fraction": case.fraction, "next": next_path(case, desk.marks(case.id))})
-
-
-@router.post("/cases/{case_id}/cancel", dependencies=[FormGuard])
-def cancelled(case: CaseDep, family: FamilyDep, actions: ActionsDep) -> Response:
-    """Stops the work; the case steps back."""
-    if case.status in IN_WORK:
-        actions.cancel(family.actor, case.id)
-    return go(f"/cases/{case.id}")
 
 
 @router.get("/cases/{case_id}/size")
@@ -119,6 +68,8 @@ def size_said(
     """Goes on when both are right; examines again in another unit; stops for a swapped scan."""
     given = {name: said(form, name) for name in ("size", "side", "mirror")}
     examination = desk.examination(case.id)
+    if is_unclear(examination):
+        given["side"] = "unsure"  # no picture shows which side is left before the body is turned and marked
     errors = _faults(request, given)
     if errors:
         return _size_page(request, case, family, examination, given, errors)
@@ -134,22 +85,6 @@ def size_said(
     stuck = marked_by_stickers(examination)
     desk.change(case.id, lambda marks: marks.confirmed(asked, stuck))
     return go(f"/cases/{case.id}/points")
-
-
-def stage_words(request: Request, case: Case) -> str:
-    """The stage in a few plain words."""
-    _ = gettext_of(request)
-    if case.status == "queued":
-        return _("Waiting for our turn")
-    words = {
-        "read": _("Reading the file"),
-        "clean": _("Finding the chest in the scan"),
-        "fit": _("Bending a reference body onto it"),
-        "choose": _("Comparing with reference bodies"),
-        "project": _("Carrying the places over"),
-        "judge": _("Checking whether we can be sure"),
-    }
-    return words.get(case.stage or "", _("Starting"))
 
 
 def stop_for(request: Request, given: dict[str, str]) -> Reason | None:
@@ -218,6 +153,7 @@ def _size_page(
         size_words=sizes.question(),
         other_sizes=sizes.others(),
         warnings=examination.warnings,
+        is_unclear=is_unclear(examination),
         stickers=examination.stickers,
         given=given,
         errors=errors,
@@ -241,6 +177,7 @@ def _scan_page(
         words=person_words(request),
         sheets=sheets_for(case),
         step=STEP_OF["scan"],
+        back=before_scan(case),
     )
 
 

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from lubdub.cases.values import Case
 from lubdub.geometry.stickers import SMALL_UNTIL_YEARS, StickerSize
-from lubdub.report.sticker_sheet import Paper, sticker_sheet
+from lubdub.report.printing import Paper
+from lubdub.report.sticker_sheet import sticker_sheet, sticker_words
 from lubdub.results import Examination
+from lubdub.web.languages import language_of, words_of
 
 router = APIRouter(include_in_schema=False)
 
 
 @router.get("/stickers.pdf")
-def sheet(paper: Paper = "a4", size: StickerSize = "large") -> Response:
+def sheet(request: Request, paper: Paper = "a4", size: StickerSize = "large") -> Response:
     """The sheet for this paper and this size of stickers."""
-    headers = {"Content-Disposition": 'inline; filename="stickers.pdf"', "Cache-Control": "no-cache"}
-    return Response(_drawn(paper, size), media_type="application/pdf", headers=headers)
+    headers = {
+        "Content-Disposition": 'inline; filename="stickers.pdf"',
+        "Cache-Control": "no-cache",
+        "Vary": "Accept-Language, Cookie",
+    }
+    return Response(_drawn(paper, size, language_of(request)), media_type="application/pdf", headers=headers)
 
 
 def sheets_for(case: Case) -> dict[str, str]:
@@ -38,6 +44,6 @@ def marked_by_stickers(examination: Examination) -> dict[str, list[float]]:
     }
 
 
-@lru_cache(maxsize=4)
-def _drawn(paper: Paper, size: StickerSize) -> bytes:
-    return sticker_sheet(paper, size)
+@lru_cache(maxsize=16)
+def _drawn(paper: Paper, size: StickerSize, language: str) -> bytes:
+    return sticker_sheet(paper, size, sticker_words(size, words_of(language).gettext), language)

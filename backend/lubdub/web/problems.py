@@ -31,16 +31,29 @@ class ProblemKind:
 PROBLEMS: dict[str, ProblemKind] = {
     "case-not-found": ProblemKind(404, "There is no such case"),
     "file-not-ready": ProblemKind(404, "The case has no such file yet"),
+    "upload-not-found": ProblemKind(404, "There is no such upload"),
+    "key-not-found": ProblemKind(404, "There is no such key"),
+    "webhook-not-found": ProblemKind(404, "There is no such webhook"),
+    "delivery-not-found": ProblemKind(404, "The webhook has no such message"),
+    "sample-not-found": ProblemKind(404, "There is no such sample body"),
     "page-not-found": ProblemKind(404, "There is nothing at this address"),
     "method-not-allowed": ProblemKind(405, "This address does not take that method"),
     "not-signed-in": ProblemKind(401, "A key or a session is needed"),
     "scope-missing": ProblemKind(403, "The key does not allow this"),
+    "sandbox-takes-samples": ProblemKind(403, "A sandbox takes sample bodies alone"),
+    "role-missing": ProblemKind(403, "The role does not allow this"),
+    "consent-missing": ProblemKind(403, "Nobody has agreed to this yet"),
     "cross-site": ProblemKind(403, "The call did not come from a page of this service"),
     "state-conflict": ProblemKind(409, "The case's state does not allow this now"),
+    "point-not-placed": ProblemKind(409, "The point cannot be placed like this"),
+    "wrong-offset": ProblemKind(409, "The piece does not begin where the upload ends"),
+    "tus-version": ProblemKind(412, "This version of the tus protocol is not spoken here"),
+    "wrong-media-type": ProblemKind(415, "The body is not of the media type this call takes"),
     "too-large": ProblemKind(413, "The body is larger than allowed"),
     "empty-body": ProblemKind(422, "The body is empty"),
     "invalid-input": ProblemKind(422, "What was sent does not fit"),
-    "idempotency-mismatch": ProblemKind(422, "The idempotency key was used with another body"),
+    "webhook-address": ProblemKind(422, "This address is not called"),
+    "idempotency-mismatch": ProblemKind(422, "The idempotency key was used with another call"),
     "bad-request": ProblemKind(400, "The request cannot be understood"),
     "too-many-requests": ProblemKind(429, "Too many calls in a short time"),
     "not-ready": ProblemKind(503, "The service is not ready"),
@@ -78,10 +91,28 @@ def from_error(error: Exception) -> Problem:
         return Problem("case-not-found", "There is no case with this id, or it is not yours, or it was deleted.")
     if isinstance(error, errors.FileNotFound):
         return Problem("file-not-ready", "The case does not have this file, or does not have it yet.")
+    if isinstance(error, errors.UploadNotFound):
+        return Problem("upload-not-found", "There is no upload with this id, or it ended, or it waited too long.")
+    if isinstance(error, errors.KeyNotFound):
+        return Problem("key-not-found", "There is no key with this id, or it is not yours.")
+    if isinstance(error, errors.WebhookNotFound):
+        return Problem("webhook-not-found", "There is no webhook with this id, or it is not yours.")
+    if isinstance(error, errors.DeliveryNotFound):
+        return Problem("delivery-not-found", "There is no message with this id, or its log was dropped.")
+    if isinstance(error, errors.BadCursor):
+        return Problem("bad-request", "The cursor was not made here. Begin with the first page again.")
+    if isinstance(error, errors.WrongOffset):
+        return Problem("wrong-offset", "Another piece came first. Ask where the upload stands, and go on from there.")
     if isinstance(error, errors.StateConflict):
         return Problem("state-conflict", str(error))
     if isinstance(error, errors.IdempotencyMismatch):
-        return Problem("idempotency-mismatch", "This Idempotency-Key came before with another body. Use a new key.")
+        return Problem("idempotency-mismatch", "This Idempotency-Key came before with another call. Use a new key.")
+    if isinstance(error, errors.SignInRefused):
+        return Problem("not-signed-in", "This did not fit. Try again.")
+    if isinstance(error, errors.NotAllowed):
+        return Problem("state-conflict", str(error))
+    if isinstance(error, errors.TooManyTries):
+        return Problem("too-many-requests", str(error), {"Retry-After": str(error.seconds)})
     if isinstance(error, RequestValidationError):
         return _from_validation(error)
     if isinstance(error, HTTPException):
@@ -105,13 +136,14 @@ def _from_http(error: HTTPException) -> Problem:
 async def answer_error(request: Request, error: Exception) -> Response:
     """The answer to any error: a problem document, or a page as `app.state.error_page` draws it.
 
-    error_page: a function (request, problem) -> response, set by the pages; paths of programs stay JSON.
+    error_page: a function (request, problem) -> response, set by the pages; programs and sockets get JSON.
     """
     problem = from_error(error)
     if problem.kind == "internal":
         log.error("a request failed", exc_info=error)
     draw = getattr(request.app.state, "error_page", None)
-    if draw is not None and not request.url.path.startswith(("/api/", "/livez", "/readyz")):
+    is_page = request.scope["type"] == "http" and not request.url.path.startswith(("/api/", "/livez", "/readyz"))
+    if draw is not None and is_page:
         page: Response = draw(request, problem)
         return page
     return problem_response(problem, getattr(request.state, "request_id", None))
@@ -125,7 +157,16 @@ def install_problems(app: FastAPI) -> None:
         errors.CaseNotFound,
         errors.FileNotFound,
         errors.StateConflict,
+        errors.UploadNotFound,
+        errors.KeyNotFound,
+        errors.WebhookNotFound,
+        errors.DeliveryNotFound,
+        errors.BadCursor,
+        errors.WrongOffset,
         errors.IdempotencyMismatch,
+        errors.NotAllowed,
+        errors.SignInRefused,
+        errors.TooManyTries,
     )
     for kind in handled:
         app.add_exception_handler(kind, answer_error)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat
 
-from lubdub.cases.values import Answer, Case, NewCase, Receipt
+from lubdub.cases.states import Status
+from lubdub.cases.values import Answer, Case, Consent, NewCase, Receipt
+from lubdub.web.pages_samples import Sample
 from lubdub.web.problems import MEDIA_TYPE, PROBLEMS
 
+CHILD_BELOW = 16
+"""Years: pages in a portal's frame speak to the parents of the younger ones."""
 Said = bool | Literal["unsure"]
 Coordinate = Annotated[FiniteFloat, Field(ge=-1e7, le=1e7)]
 Point = Annotated[list[Coordinate], Field(min_length=3, max_length=3, examples=[[0.01, 0.32, 0.11]])]
@@ -37,12 +41,26 @@ class AnswersIn(Strict):
     late_pregnancy: Said = "unsure"
 
 
+class ConsentIn(Strict):
+    """The yes that you hold. It stays with the case and goes into its FHIR bundle."""
+
+    version: str = Field(min_length=1, max_length=100, description="Of the words that were agreed to.")
+    language: str = Field(min_length=2, max_length=35, description="In which they were read, such as `en`.")
+    given_at: AwareDatetime
+    child: Literal["agreed", "too_young"] | None = Field(None, description="What the child said, if it is one.")
+
+    def to_value(self) -> Consent:
+        """As the store takes it."""
+        return Consent(self.version, self.language, self.given_at, self.child)
+
+
 class CaseIn(Strict):
     """A new case."""
 
     patient: PatientIn
     answers: AnswersIn = Field(default_factory=AnswersIn)
     external_id: str | None = Field(None, max_length=200, description="Your own number for it; no name, please.")
+    consent: ConsentIn | None = None
 
     def to_value(self) -> NewCase:
         """As the store takes it."""
@@ -56,6 +74,8 @@ class CaseIn(Strict):
                 "late_pregnancy": _answer(self.answers.late_pregnancy),
             },
             external_id=self.external_id,
+            person="child" if self.patient.age_years < CHILD_BELOW else "other",
+            consent=None if self.consent is None else self.consent.to_value(),
         )
 
 
@@ -87,18 +107,24 @@ class ReasonOut(BaseModel):
     advice: str
 
 
+LEAVES = ("scan", "landmarks", "events", "result", "view.html", "sheet.pdf", "scan.ply", "fhir")
+"""What stands below a case's own address."""
+
+
 class CaseOut(BaseModel):
     """A case as it stands."""
 
     id: str
-    status: str = Field(
-        description="awaiting_scan, checking, awaiting_landmarks, queued, running, done, refused or failed."
+    status: Status = Field(
+        description="Where the case stands. in_review: its result was sent to the clinician; reviewed: it was signed; "
+        "returned: the clinician asks for a new scan or other points; unusable: no places may be used."
     )
     external_id: str | None
     stage: str | None = Field(description="What is being done now: read, clean, choose, fit, judge ...")
     fraction: float = Field(description="How much of it is done, 0 to 1.")
     reason: ReasonOut | None
     method: Literal["lubdub", "paper", "rule"]
+    sandbox: bool = Field(description="Whether this is a made-up case, for trying out.")
     created_at: datetime
     updated_at: datetime
     links: dict[str, str]
@@ -115,11 +141,18 @@ class CaseOut(BaseModel):
             fraction=case.fraction,
             reason=None if case.reason is None else ReasonOut.model_validate(case.reason),
             method=case.method,
+            sandbox=case.person == "sample",
             created_at=case.created_at,
             updated_at=case.updated_at,
-            links={"self": own}
-            | {name: f"{own}/{name}" for name in ("scan", "landmarks", "events", "result", "view.html", "scan.ply")},
+            links={"self": own} | {name: f"{own}/{name}" for name in LEAVES},
         )
+
+
+class CasesOut(BaseModel):
+    """One page of cases."""
+
+    items: list[CaseOut]
+    next_cursor: str | None = Field(description="Asks for the next page; null on the last one.")
 
 
 class ReceiptOut(BaseModel):
@@ -135,6 +168,32 @@ class ReceiptOut(BaseModel):
         return ReceiptOut(id=receipt.id, deleted_at=receipt.deleted_at, sha256=receipt.sha256)
 
 
+class SampleOut(BaseModel):
+    """A made-up body."""
+
+    name: str
+    patient: PatientIn
+    landmarks: LandmarksIn = Field(description="As `PUT /cases/{id}/landmarks` takes them.")
+    scan: str = Field(description="Address of its file.")
+
+    @staticmethod
+    def of(sample: Sample) -> SampleOut:
+        """From the sample's card."""
+        who = sample.patient
+        return SampleOut(
+            name=sample.name,
+            patient=PatientIn(age_years=who.age_years, sex=who.sex, posture=who.posture),
+            landmarks=LandmarksIn.model_validate(sample.landmarks),
+            scan=f"/api/v1/samples/{sample.name}/scan",
+        )
+
+
+class SamplesOut(BaseModel):
+    """All made-up bodies, youngest first."""
+
+    items: list[SampleOut]
+
+
 class ProblemOut(BaseModel):
     """RFC 9457 problem details."""
 
@@ -143,6 +202,7 @@ class ProblemOut(BaseModel):
     status: int
     detail: str
     instance: str | None = None
+    errors: list[dict[str, Any]] | None = Field(None, description="Of `invalid-input`: where it does not fit, and why.")
 
 
 def problems(*kinds: str) -> dict[int | str, dict[str, Any]]:

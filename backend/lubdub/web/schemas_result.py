@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -69,6 +70,27 @@ class QualityOut(Exact):
     spread_mm: float | None
 
 
+class CorrectedAreaOut(Exact):
+    """Where a clinician put an area, on the cleaned skin (`scan.ply`); the computed one stays in `areas`."""
+
+    position: Place
+    normal: Direction
+    moved_mm: float = Field(description="How far it lies from the computed place.")
+    instruction: str = Field(description="How to find it with a finger, from a bone that can be felt.")
+    by: str
+    at: datetime
+
+
+class ReviewOut(Exact):
+    """How a clinician decided. Where an area was corrected, listen at the corrected one."""
+
+    decision: Literal["signed", "returned", "unusable"]
+    by: str
+    at: datetime
+    note: str
+    areas: dict[AreaName, CorrectedAreaOut] = Field(description="Those that were moved; empty when none was.")
+
+
 class ResultOut(Exact):
     """The four areas, or why none are shown. `areas` is absent when the verdict is `refuse`."""
 
@@ -85,6 +107,7 @@ class ResultOut(Exact):
     steps: list[dict[str, float]] | None = Field(None, description="How the fit came closer, step by step.")
     timings_s: dict[str, float] | None = None
     method: dict[str, str] | None = Field(None, description="Version, solver and hashes: all that a repeat needs.")
+    review: ReviewOut | None = Field(None, description="A clinician's decision; absent before there is one.")
 
 
 class ExaminationOut(Exact):
@@ -93,7 +116,7 @@ class ExaminationOut(Exact):
     unit: UnitOut
     body_from_file: list[list[float]] = Field(description="4 x 4 matrix from the file's frame to the body's, in mm.")
     size: dict[str, float] = Field(description="Of the cleaned body, in mm.")
-    coverage: float = Field(description="How much of the chest is on the scan, 0 to 1.")
+    coverage: float | None = Field(description="How much of the chest is on the scan, 0 to 1; null when unknown.")
     notes: list[str]
     warnings: list[ReasonOut]
     suggested_landmarks: dict[LandmarkName, LandmarkOut] = Field(description="And those that printed stickers marked.")

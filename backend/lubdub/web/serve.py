@@ -14,6 +14,7 @@ from collections.abc import Callable
 import structlog
 import uvicorn
 
+from lubdub.cases.admin import first_link
 from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
@@ -101,9 +102,13 @@ def _serve(settings: Settings, listening: socket.socket, announce: Callable[[], 
 
 
 def _welcome(settings: Settings) -> None:
+    first = first_link(settings.database)
+    desk = f"{settings.desk_address}/desk"
     lines = (
         "Lubdub is ready.",
         f"  For a parent:            {settings.address}/",
+        f"  For a clinician:         {desk}",
+        *([] if first is None else [f"  The first clinician, once, within 24 hours: {desk}/join#{first.token}"]),
         "  For a portal, a key:     ./lubdub admin key create NAME",
         f"  The REST interface:      {settings.address}/api/docs",
         "Ctrl-C stops everything.",

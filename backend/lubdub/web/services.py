@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import timedelta
 
 from lubdub.cases.database import Database
+from lubdub.cases.drafts import Drafts
+from lubdub.cases.embedding import Embedding
 from lubdub.cases.files import FileVault
+from lubdub.cases.keys import Keys
+from lubdub.cases.links import Links
+from lubdub.cases.listing import CaseList
 from lubdub.cases.opening import open_cases
 from lubdub.cases.people import People
 from lubdub.cases.privacy import Privacy
+from lubdub.cases.review import Reviews
+from lubdub.cases.sharing import Sharing
+from lubdub.cases.staff import Staff, Times, open_staff
 from lubdub.cases.store import CaseStore
+from lubdub.cases.uploads import Uploads
+from lubdub.cases.webhooks import Webhooks
 from lubdub.cases.work import WorkDesk
+from lubdub.cases.worklist import Worklist
 from lubdub.jobs.engine import DbosEngine, JobEngine
 from lubdub.settings import Settings
 from lubdub.web.actions import CaseActions
@@ -24,7 +36,18 @@ class Services:
     database: Database
     store: CaseStore
     files: FileVault
+    listing: CaseList
     people: People
+    keys: Keys
+    webhooks: Webhooks
+    staff: Staff
+    embedding: Embedding
+    drafts: Drafts
+    uploads: Uploads
+    links: Links
+    reviews: Reviews
+    worklist: Worklist
+    sharing: Sharing
     privacy: Privacy
     desk: WorkDesk
     engine: JobEngine
@@ -45,14 +68,36 @@ def open_services(settings: Settings) -> Services:
     store = CaseStore(database, files)
     privacy = Privacy(database, files)
     engine = DbosEngine(settings.jobs_database)
+    uploads = Uploads(database, files)
+    reviews = Reviews(database, files)
+    people = People(database)
     return Services(
         settings=settings,
         database=database,
         store=store,
         files=files,
-        people=People(database),
+        listing=CaseList(database),
+        people=people,
+        keys=Keys(database, people),
+        webhooks=Webhooks(database, files),
+        staff=open_staff(database, files, _times(settings)),
+        embedding=Embedding(database),
+        drafts=Drafts(database, files),
+        uploads=uploads,
+        links=Links(database),
+        reviews=reviews,
+        worklist=Worklist(database),
+        sharing=Sharing(database),
         privacy=privacy,
         desk=WorkDesk(database, files),
         engine=engine,
-        actions=CaseActions(store, files, privacy, engine),
+        actions=CaseActions(store, files, uploads, privacy, reviews, engine),
+    )
+
+
+def _times(settings: Settings) -> Times:
+    return Times(
+        idle=timedelta(minutes=settings.desk_idle_minutes),
+        longest=timedelta(hours=settings.desk_session_hours),
+        family_link=timedelta(days=settings.invitation_days),
     )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
+from typing import Annotated
 from urllib.parse import urlsplit
 
 import websockets
 from fastapi import APIRouter, FastAPI, Request, WebSocket, WebSocketDisconnect
 from fastapi.responses import HTMLResponse
+from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 from websockets.asyncio.client import ClientConnection
 from websockets.typing import Subprotocol
@@ -21,6 +23,7 @@ from lubdub.views.placing import live_page
 from lubdub.views.proxy_rules import FrameTooLarge, Gate, ViewerRole
 from lubdub.views.servers import ViewsFull
 from lubdub.web.deps import CaseDep, KnownFamilyDep, ServicesDep
+from lubdub.web.pages_look import sides_of
 from lubdub.web.problems import Problem
 from lubdub.web.view_desk import ViewDesk
 
@@ -31,6 +34,7 @@ LIVE_POLICY = (
 )
 REFUSED_QUERY = frozenset({"websocket", "playbackPath"})
 """viser would connect to, or play, whatever these name: script of strangers on our origin."""
+WindowName = Annotated[str, Field(pattern="^[0-9a-f]{0,16}$")]
 TOO_BIG = 1009
 NOT_FOR_YOU = 1008
 INTERNAL = 1011
@@ -53,20 +57,32 @@ router = APIRouter(include_in_schema=False, lifespan=_lifespan)
 
 
 @router.get("/view/{case_id}/")
+@router.get("/view/{case_id}/{window}/")
 def page(request: Request, case: CaseDep) -> HTMLResponse:
-    """viser's page for the family's own case; its server is started when it is not running."""
+    """viser's page for the family's own case; its server is started when it is not running.
+
+    window: a word by which the page that frames it tells this window's connection from others.
+    """
+    desk: ViewDesk = request.app.state.views
+    return live_answer(request, lambda: desk.open(case.id, sides_of(request)))
+
+
+def live_answer(request: Request, start: Callable[[], object]) -> HTMLResponse:
+    """viser's page under its policy, once its server is started. Raises Problem `bad-request` and `not-ready`."""
     if REFUSED_QUERY & set(request.query_params):
         raise Problem("bad-request", "This address takes no such parameter.")
-    desk: ViewDesk = request.app.state.views
     try:
-        desk.open(case.id)
+        start()
     except ViewsFull as error:
         raise Problem("not-ready", "Many people look at a body right now. Try again in a few minutes.") from error
     return HTMLResponse(live_page(), headers={"Content-Security-Policy": LIVE_POLICY})
 
 
 @router.websocket("/view/{case_id}")
-async def relay(websocket: WebSocket, case_id: str, held: ServicesDep, known: KnownFamilyDep) -> None:
+@router.websocket("/view/{case_id}/{window}")
+async def relay(
+    websocket: WebSocket, case_id: str, held: ServicesDep, known: KnownFamilyDep, window: WindowName = ""
+) -> None:
     """Carries the view's messages both ways for the case's own family, from our own pages only."""
     desk: ViewDesk = websocket.app.state.views
     if known is None or not is_own_origin(websocket, held.settings.address):
@@ -78,20 +94,29 @@ async def relay(websocket: WebSocket, case_id: str, held: ServicesDep, known: Kn
     view = desk.running(case_id)
     if view is None:
         return await websocket.close(NOT_FOR_YOU)
+    role = await run_in_threadpool(_role, case, desk)
+    return await join(websocket, view.port, role, lambda change: desk.watched(case_id, change, window))
+
+
+async def join(websocket: WebSocket, port: int, role: ViewerRole, watched: Callable[[int], None]) -> None:
+    """Connect a browser that may see the view with the view itself, until one of them ends.
+
+    watched: told +1 when the browser came and -1 when it went.
+    """
     offered = [Subprotocol(name) for name in websocket.scope.get("subprotocols", [])]
     try:
         upstream = await websockets.connect(
-            f"ws://127.0.0.1:{view.port}", subprotocols=offered or None, max_size=None, compression=None, proxy=None
+            f"ws://127.0.0.1:{port}", subprotocols=offered or None, max_size=None, compression=None, proxy=None
         )
     except (OSError, websockets.InvalidHandshake):
         return await websocket.close(TRY_AGAIN)  # the view was just stopped; the page asks for a new one
     async with upstream:
         await websocket.accept(subprotocol=upstream.subprotocol)
-        desk.watched(case_id, +1)
+        watched(+1)
         try:
-            await _carry(websocket, upstream, Gate(await run_in_threadpool(_role, case, desk)))
+            await _carry(websocket, upstream, Gate(role))
         finally:
-            desk.watched(case_id, -1)
+            watched(-1)
     return None
 
 

@@ -1,0 +1,75 @@
+"""Who is signed in at the clinicians' desk, as Annotated dependencies. Import them from `deps`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Depends, Request
+from starlette.requests import HTTPConnection
+
+from lubdub.cases.desk_values import ClinicianSession, Role, may
+from lubdub.web import guard
+from lubdub.web.deps_services import ServicesDep, SettingsDep
+from lubdub.web.guard import Visitor
+from lubdub.web.problems import Problem
+
+
+def known_clinician(connection: HTTPConnection, held: ServicesDep) -> ClinicianSession | None:
+    """The clinician behind the desk's cookie, or None. Works for WebSockets too."""
+    token = connection.cookies.get(guard.desk_cookie_name(held.settings))
+    return None if not token else held.staff.sessions.session_of(token)
+
+
+KnownClinicianDep = Annotated[ClinicianSession | None, Depends(known_clinician)]
+
+
+def clinician(known: KnownClinicianDep) -> ClinicianSession:
+    """Who is signed in. Raises Problem `not-signed-in`, which pages turn into the way to the sign-in page."""
+    if known is None:
+        raise Problem("not-signed-in", "Sign in at the clinicians' desk first.")
+    return known
+
+
+ClinicianDep = Annotated[ClinicianSession, Depends(clinician)]
+
+
+def role(least: Role) -> Any:
+    """A dependency: the clinician, who must have at least this role. Raises Problem `role-missing`."""
+
+    def demanded(session: ClinicianDep) -> ClinicianSession:
+        if not may(session.clinician.role, least):
+            raise Problem("role-missing", f"Only somebody with the role {least} may do this.")
+        return session
+
+    return Depends(demanded)
+
+
+LeadDep = Annotated[ClinicianSession, role("lead")]
+AdministratorDep = Annotated[ClinicianSession, role("administrator")]
+
+
+async def _desk_guard(request: Request, session: ClinicianDep, settings: SettingsDep) -> None:
+    await guard.refuse_foreign(request, session, settings)
+
+
+DeskGuard = Depends(_desk_guard)
+
+
+def visitor(connection: HTTPConnection, settings: SettingsDep) -> Visitor:
+    """A browser that is not signed in yet; its cookie, made when there is none, ties the forms to it."""
+    token = connection.cookies.get(guard.desk_cookie_name(settings))
+    if token:
+        return Visitor(token)
+    new = guard.new_visitor()
+    connection.state.set_cookie = guard.desk_cookie(settings, new)
+    return new
+
+
+VisitorDep = Annotated[Visitor, Depends(visitor)]
+
+
+async def _visitor_guard(request: Request, browser: VisitorDep, settings: SettingsDep) -> None:
+    await guard.refuse_foreign(request, browser, settings)
+
+
+VisitorGuard = Depends(_visitor_guard)

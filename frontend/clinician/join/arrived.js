@@ -1,0 +1,8 @@
+// The link carries its secret behind the #, which browsers do not send; it goes into the field, not into history.
+const field = document.getElementById("link");
+const carried = decodeURIComponent(window.location.hash.slice(1));
+
+if (carried) {
+  field.value = carried;
+  history.replaceState(null, "", window.location.pathname);
+}

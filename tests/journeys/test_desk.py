@@ -1,0 +1,101 @@
+"""The desk in a real browser: an account and sign-in with a passkey, and every page by day and night."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.journeys.steps import stands
+from tests.web.desk import new_account, staff_of
+from tests.web.service import Service
+
+pytestmark = pytest.mark.browser
+
+SIZES = {"desk": (1280, 800), "tablet": (820, 1180)}
+
+
+@pytest.fixture(params=sorted(SIZES))
+def desk_page(quick: Service, browser: Browser, request: pytest.FixtureRequest) -> Iterator[Page]:
+    """A window of the desk whose device has a place for passkeys and a finger on it."""
+    width, height = SIZES[request.param]
+    context = browser.new_context(base_url=quick.settings.desk_address, viewport={"width": width, "height": height})
+    page = context.new_page()
+    device = context.new_cdp_session(page)
+    device.send("WebAuthn.enable")
+    authenticator = {
+        "protocol": "ctap2",
+        "transport": "internal",
+        "hasResidentKey": True,
+        "hasUserVerification": True,
+        "isUserVerified": True,
+        "automaticPresenceSimulation": True,
+    }
+    device.send("WebAuthn.addVirtualAuthenticator", {"options": authenticator})
+    yield page
+    context.close()
+
+
+def test_a_passkey_makes_the_account_and_opens_it_again(quick: Service, desk_page: Page) -> None:
+    page = desk_page
+    of = new_account(quick, "administrator", "Harbour House").clinician
+    with staff_of(quick.settings) as (staff, _database):
+        link = staff.invitations.offer(of.actor, "administrator").token
+    page.goto(f"/desk/join#{link}")
+    stands(page)
+    assert link not in page.url
+    page.get_by_role("button", name="Continue").click()
+    passkey = page.get_by_role("button", name="Go on with a passkey")
+    stands(page)
+    passkey.click()
+    expect(page.locator("#passkey-fault")).to_contain_text("Type your name")
+    page.get_by_label("Your name").fill("Bo Sun")
+    page.get_by_label("E-mail").fill(f"bo-{page.viewport_size['width'] if page.viewport_size else 0}@harbour.example")
+    passkey.click()
+    page.wait_for_url(re.compile("/desk$"))
+    expect(page.get_by_text("Harbour House")).to_be_visible()
+    for path in (
+        "/desk",
+        "/desk/account",
+        "/desk/account/password",
+        "/desk/families",
+        "/desk/audit?check=true",
+        "/desk/people",
+    ):
+        page.goto(path)
+        stands(page)
+    page.get_by_role("button", name="Make a link").click()
+    expect(page.get_by_role("status")).to_contain_text("/desk/join#")
+    stands(page)
+    page.goto("/desk/families")
+    page.get_by_label("Your own number").fill("H-7")
+    page.get_by_label("Date of birth").fill("2020-05-17")
+    page.get_by_role("button", name="Make a link").click()
+    stands(page)
+    invited = page.get_by_label("Text to send").input_value()
+    page.goto("/desk/families")
+    expect(page.get_by_role("row", name="H-7").first).to_contain_text("Not opened yet")
+    stands(page)
+    page.get_by_role("button", name="Sign out").click()
+    page.wait_for_url(re.compile("/desk/sign-in$"))
+    stands(page)
+    page.goto("/desk/account")
+    page.get_by_role("button", name="Sign in with a passkey").click()
+    page.wait_for_url(re.compile("/desk/account$"))
+    expect(page.get_by_text("Bo Sun").first).to_be_visible()
+    family_arrives(page, invited.split("\n")[1])
+
+
+def family_arrives(page: Page, link: str) -> None:
+    """The family's side of an invitation, with a date of birth."""
+    page.goto(link)
+    expect(page.get_by_label("The code in the link")).to_have_value(link.partition("#")[2])
+    stands(page)
+    page.get_by_role("button", name="Start").click()
+    stands(page)
+    page.get_by_label("When was the person").fill("2020-05-17")
+    page.get_by_role("button", name="Continue").click()
+    expect(page.get_by_text("Harbour House asks you for a scan")).to_be_visible()
+    stands(page)
