@@ -44,6 +44,7 @@ STAND_INS = {
     "id": 'echo "${USER_NUMBER:-0}"',
     "ldconfig": 'echo "${LIBRARIES:-}"',
     "node": "exit 0",
+    "postgres": "exit 0",
     "npm": 'echo "npm $* in ${PWD##*/}" >>"$CALLS"; mkdir -p node_modules',
     "sh": 'exec /bin/sh "$@"',
 }
@@ -345,6 +346,42 @@ def test_without_chromium_the_browser_tests_are_left_out_and_it_says_so(machine:
     _, _, err = machine.run("test")
     assert "There is no Chromium" in err
     assert ["-m not browser" in call for call in machine.calls("-m pytest")] == [True]
+
+
+def test_the_tests_install_a_postgresql_that_they_may_kill_and_other_commands_do_not(machine: Machine) -> None:
+    machine.remove_tool("postgres")
+    machine.words["LUBDUB_POSTGRES_DIR"] = "/no/such/place"
+    machine.run("locate")
+    assert machine.calls("postgresql") == []
+    machine.run("test")
+    assert "install -y --no-install-recommends postgresql" in machine.calls("postgresql")[0]
+
+
+def test_a_user_without_rights_gets_postgresql_unpacked_here(machine: Machine) -> None:
+    machine.remove_tool("postgres")
+    machine.words |= {"LUBDUB_POSTGRES_DIR": "/no/such/place", "USER_NUMBER": "1000"} | FIVE_PASSED
+    machine.add_tool(
+        "apt-get",
+        'for last in "$@"; do :; done\n'
+        'case "$*" in *" -s "*) echo "Inst $last (1)" ;; *download*) : >"$last.deb" ;; esac',
+    )
+    machine.add_tool(
+        "dpkg-deb",
+        'case "$2" in *postgresql*) bin="$3/usr/lib/postgresql/15/bin"; mkdir -p "$bin"; : >"$bin/postgres" ;; esac',
+    )
+    _, _, err = machine.run("test")
+    assert "unpacking the system packages into .system instead: postgresql" in err
+    assert "There is no PostgreSQL" not in err
+    _, _, err = machine.run("test")
+    assert "postgresql" not in err
+
+
+def test_without_postgresql_its_tests_are_left_out_and_it_says_so(machine: Machine) -> None:
+    machine.remove_tool("postgres")
+    machine.words |= {"LUBDUB_POSTGRES_DIR": "/no/such/place", "APT_FAILS": "100", "USER_NUMBER": "1000"}
+    _, _, err = machine.run("test")
+    assert "There is no PostgreSQL" in err
+    assert machine.calls("-m pytest") != []
 
 
 def test_browser_tests_have_the_machine_for_themselves_and_the_others_share_it(machine: Machine) -> None:
