@@ -19,6 +19,7 @@ from lubdub.cases.store import Asked, CaseStore
 from lubdub.cases.values import Actor
 from lubdub.cases.work import Handed, WorkDesk
 from lubdub.library.load import load_library
+from lubdub.library.marks import AreaMarks, Step, write_marks
 from lubdub.report.archive import outcome_to_bytes
 from lubdub.results import AREA_NAMES, Area, Fit, Landmark, Outcome
 from lubdub.settings import Settings
@@ -92,6 +93,7 @@ def test_a_signed_case_with_the_familys_yes_becomes_a_reference_and_goes_with_it
     assert code == 0
     assert f"{name}  serves  6 years  female  placed by: Dr. Aiko Mori" in run(capfd, "list")[1]
     assert run(capfd, "check")[1].endswith(" bodies checked, 0 with faults.\n")
+    assert "./lubdub benchmark references" in out
     assert run(capfd, "disable", name)[0] == 0
     assert f"{name}  disabled" in run(capfd, "list")[1]
     Privacy(clinic.database, clinic.vault).delete(clinic.portal, case)
@@ -100,15 +102,37 @@ def test_a_signed_case_with_the_familys_yes_becomes_a_reference_and_goes_with_it
     assert not (tmp_path / "ours" / "bodies" / name).exists()
 
 
-def test_the_shipped_bodies_are_listed_but_never_changed(
-    clinic: Clinic, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_without_a_folder_of_its_own_a_service_keeps_its_bodies_with_its_data(
+    clinic: Clinic, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.delenv("LUBDUB_REFERENCES_DIR")
     assert "girl-06  serves  6 years  female  placed by: anatomy table, no clinician" in run(capfd, "list")[1]
-    for words in (("add", clinic.signed()), ("disable", "girl-06")):
-        code, _, err = run(capfd, *words)
-        assert code == 2
-        assert "LUBDUB_REFERENCES_DIR" in err
+    assert run(capfd, "disable", "girl-06")[0] == 0
+    assert "girl-06  disabled" in run(capfd, "list")[1]
+    assert (tmp_path / "data" / "references" / "bodies" / "girl-06").is_dir()
+    assert "girl-06" in [one.id for one in load_library().references], "the shipped ones never change"
+    code, _, err = run(capfd, "disable", "nobody")
+    assert (code, err.count("\n")) == (2, 1)
+
+
+def test_marks_are_listed_with_their_spread_and_withdrawn(
+    clinic: Clinic, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    girl = next(one for one in load_library().references if one.id == "girl-06")
+    for who, aside in (("mori", 0.0), ("silva", 6.0)):
+        steps = tuple(Step(name, girl.areas[name] + [aside, 0.0, 0.0]) for name in AREA_NAMES)
+        at = "2026-01-02T03:04:05+00:00"
+        write_marks(tmp_path / "ours", AreaMarks("girl-06", girl.card["sha256"], who, f"Dr {who}", "t", steps, 4, at))
+    listed = run(capfd, "list")[1]
+    assert "girl-06  serves  6 years  female  placed by: Dr mori and Dr silva" in listed
+    assert "    marked by Dr silva (silva), handed in 2026-01-02" in listed
+    assert "    the two lie apart: aortic 6 mm, pulmonary 6 mm, tricuspid 6 mm, mitral 6 mm" in listed
+    assert run(capfd, "withdraw", "girl-06", "silva")[0] == 0
+    listed = run(capfd, "list")[1]
+    assert "girl-06  serves  6 years  female  placed by: anatomy table" in listed
+    assert "Dr silva" not in listed
+    code, _, err = run(capfd, "withdraw", "girl-06", "../silva")
+    assert (code, err.count("\n")) == (2, 1)
 
 
 def test_a_case_that_is_not_there_is_said_in_one_line(clinic: Clinic, capfd: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -88,14 +88,13 @@ class Unit:
 
 @dataclass(frozen=True)
 class RawScan:
-    """What stands in the file, in the file's own coordinates and unit."""
+    """What stands in the file, in the file's own coordinates and unit. notes: what was odd about it, in words."""
 
     surface: Surface
     file_format: str
     unit_by_format: str | None = None
     """The unit the format itself prescribes (glTF: "m"), if any."""
     notes: tuple[str, ...] = ()
-    """What was odd about the file, in words."""
     colouring: Colouring | None = None
 
 
@@ -149,9 +148,9 @@ Landmarks = Mapping[LandmarkName, Landmark]
 
 @dataclass(frozen=True)
 class Reference:
-    """One reference body, lying on its back.
+    """One reference body, lying on its back. surface: torso skin of the shared topology; card: its card.json.
 
-    surface: torso skin of the shared topology; landmarks, areas: name -> (3,) on the skin; card: its card.json.
+    landmarks, areas: name -> (3,) on the skin; spread_mm: how far two people's marks lie apart, empty without any.
     """
 
     id: str
@@ -159,6 +158,7 @@ class Reference:
     landmarks: Mapping[LandmarkName, np.ndarray]
     areas: Mapping[AreaName, np.ndarray]
     card: Mapping[str, Any]
+    spread_mm: Mapping[AreaName, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

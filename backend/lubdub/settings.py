@@ -48,7 +48,9 @@ class Settings(BaseSettings):
     )
     master_key_file: Path | None = Field(default=None, description="File of the master key; made at first start.")
     references_dir: Path | None = Field(
-        default=None, description="Folder of reference bodies; empty: the project's own."
+        default=None,
+        description="Folder of reference bodies and of what clinicians mark on them; empty: a folder in data_dir, and "
+        "the project's own bodies.",
     )
 
     max_upload_mb: int = Field(default=300, ge=1, le=4096, description="Largest scan accepted, in megabytes.")
@@ -165,6 +167,17 @@ class Settings(BaseSettings):
     def master_key(self) -> Path:
         """Path of the master key's file."""
         return self.master_key_file or self.data_dir / "master.key"
+
+    @property
+    def own_references(self) -> Path:
+        """Folder of reference bodies and marks of one's own, whether there are any or not."""
+        return (self.references_dir or self.data_dir / "references").resolve()
+
+    @property
+    def references(self) -> Path | None:
+        """The folder to load reference bodies from now; None for the project's own."""
+        folder = self.own_references
+        return folder if self.references_dir is not None or folder.is_dir() else None
 
     def to_environment(self) -> dict[str, str]:
         """The same settings as environment variables, for a process started beside this one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from hypothesis import strategies as st
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, cloud
 from lubdub.jobs.bundle import BadBundle, Bundle
-from lubdub.jobs.tasks import surface_ply, with_care_when_unsure
-from lubdub.results import CleanScan, Outcome, Reason, Unit, VerdictWord
+from lubdub.jobs.tasks import _references, surface_ply, with_care_when_unsure
+from lubdub.library.marks import AreaMarks, Step, write_marks
+from lubdub.library.own import begin, disable
+from lubdub.results import AREA_NAMES, CleanScan, Outcome, Reason, Unit, VerdictWord
 
 NO = dict.fromkeys(("heart_on_right", "chest_operation_or_device", "late_pregnancy"), "no")
 parts = st.dictionaries(st.text(max_size=8), st.binary(max_size=50), max_size=4)
@@ -80,3 +83,20 @@ def test_the_cleaned_surface_leaves_in_the_files_own_coordinates(is_cloud: bool)
     scan = CleanScan(skin, skin, np.zeros(30, bool), surface, body_from_file, Unit("m", 1000.0, "given"))
     back = trimesh.load(io.BytesIO(surface_ply(scan)), file_type="ply", process=False)
     np.testing.assert_allclose(back.vertices, in_file, atol=1e-6)
+
+
+def test_a_warm_library_follows_what_is_added_marked_and_disabled_without_a_restart(tmp_path: Path) -> None:
+    facts = {"references": str(tmp_path)}
+    begin(tmp_path)
+    before = _references(facts)
+    assert _references(facts) is before, "unchanged, it is not read again"
+    assert disable(tmp_path, "man-25")
+    fewer = _references(facts)
+    assert len(fewer.references) == len(before.references) - 1
+    body = next(one for one in fewer.references if one.id == "girl-06")
+    steps = tuple(Step(name, body.areas[name]) for name in AREA_NAMES)
+    for who in ("mori", "silva"):
+        marks = AreaMarks(body.id, body.card["sha256"], who, who, "t", steps, 4, "2026-01-02T03:04:05+00:00")
+        write_marks(tmp_path, marks)
+    (marked,) = (one for one in _references(facts).references if one.id == "girl-06")
+    assert marked.card["placed_by"] == "mori and silva"

@@ -49,7 +49,9 @@ class StandIn:
 
 
 def bench(room: Room, child: StandIn) -> Workbench:
-    return Workbench(room.desk, room.vault, child, JobSettings(Limits(), TaskNames("t:check", "t:locate"), None))
+    return Workbench(
+        room.desk, room.vault, child, JobSettings(Limits(), TaskNames("t:check", "t:locate"), lambda: None)
+    )
 
 
 def check_job(room: Room) -> tuple[Actor, Job]:

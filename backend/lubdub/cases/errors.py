@@ -83,3 +83,7 @@ class TooManyTries(Exception):
         """seconds: until it may be tried again."""
         super().__init__(f"Try again in {seconds} seconds.")
         self.seconds = seconds
+
+
+class BodyNotFound(Exception):
+    """There is no such reference body, or it is a patient's of another organisation: the two are not told apart."""

@@ -55,6 +55,12 @@ class Sharing:
             audit.append(self._database, session, SYSTEM, "sharing.use", row.id, now())
             return to_value(session, row)
 
+    def is_known_to(self, actor: Actor, case_id: str) -> bool:
+        """Whether the case is one of the actor's organisation: its body is shown to nobody else."""
+        with self._database.reading() as session:
+            row = session.get(CaseRow, case_id)
+            return row is not None and row.tenant_id == actor.tenant_id
+
     def still_shared(self, case_id: str) -> bool:
         """Whether the yes still stands: neither taken back nor deleted with the case."""
         with self._database.reading() as session:

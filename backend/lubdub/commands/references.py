@@ -9,11 +9,13 @@ from typing import Any
 from lubdub.commands.faults import CommandFault
 from lubdub.commands.opened import opened, say
 
+SEE = "./lubdub benchmark references"
+
 
 def add_parser(things: argparse._SubParsersAction[Any]) -> None:
     """Add the commands about reference bodies."""
     references = things.add_parser("references", help="the reference bodies")
-    verbs = references.add_subparsers(dest="verb", required=True, metavar="list|add|disable|check")
+    verbs = references.add_subparsers(dest="verb", required=True, metavar="list|add|disable|withdraw|check")
     verbs.add_parser("list", help="all bodies, and who placed their marks").set_defaults(run=opened(_list))
     add = verbs.add_parser("add", help="make a signed case, whose family agreed to it, a reference body")
     add.add_argument("case", help="the case's id")
@@ -21,16 +23,53 @@ def add_parser(things: argparse._SubParsersAction[Any]) -> None:
     disable = verbs.add_parser("disable", help="let a body serve no more")
     disable.add_argument("id", help="as `references list` shows it")
     disable.set_defaults(run=opened(_disable))
+    withdraw = verbs.add_parser("withdraw", help="take a clinician's marks on a body away")
+    withdraw.add_argument("id", help="the body, as `references list` shows it")
+    withdraw.add_argument("clinician", help="the clinician's id, as `references list` shows it")
+    withdraw.set_defaults(run=opened(_withdraw))
     check = verbs.add_parser("check", help="test every body, and remove those whose family took its yes back")
     check.set_defaults(run=opened(_check))
 
 
 def _list(typed: argparse.Namespace) -> int:
+    from lubdub.library.load import LibraryDamaged, load_library
+    from lubdub.library.marks import read_marks
     from lubdub.library.own import cards
 
-    for card in cards(_settings().references_dir):
-        state = "disabled" if card.get("disabled") else "serves"
-        say(f"{card['id']}  {state}  {card['age_years']:g} years  {card['sex']}  placed by: {card['placed_by']}")
+    folder = _settings().references
+    try:
+        serving = {one.id: one for one in load_library(folder).references}
+    except LibraryDamaged as fault:
+        raise CommandFault(str(fault)) from fault
+    for card in cards(folder):
+        body = serving.get(card["id"])
+        placed_by = (card if body is None else body.card)["placed_by"]
+        state = "disabled" if body is None else "serves"
+        say(f"{card['id']}  {state}  {card['age_years']:g} years  {card['sex']}  placed by: {placed_by}")
+        for one in read_marks(folder, card["id"]):
+            since = f"handed in {one.handed_in_at[:10]}" if one.handed_in_at else "not handed in yet"
+            stale = "" if one.fits(card) else ", of an earlier shape: does not count"
+            say(f"    marked by {one.by_name} ({one.by}), {since}{stale}")
+        if body is not None and body.spread_mm:
+            say("    the two lie apart: " + ", ".join(f"{area} {far:.0f} mm" for area, far in body.spread_mm.items()))
+    return 0
+
+
+def _withdraw(typed: argparse.Namespace) -> int:
+    from lubdub.cases.errors import StateConflict
+    from lubdub.cases.opening import open_database
+    from lubdub.jobs.reference_marks import ReferenceMarks
+
+    settings = _settings()
+    database = open_database(settings.database)
+    try:
+        marks = ReferenceMarks(database, settings.own_references, lambda: settings.references)
+        marks.withdraw_for(typed.id, typed.clinician)
+    except (StateConflict, ValueError) as fault:
+        raise CommandFault(f"There are no marks of {typed.clinician} on {typed.id}.") from fault
+    finally:
+        database.close()
+    say(f"The marks of {typed.clinician} on {typed.id} are withdrawn.")
     return 0
 
 
@@ -39,7 +78,7 @@ def _add(typed: argparse.Namespace) -> int:
     from lubdub.library.load import LibraryDamaged
     from lubdub.library.own import add_body
 
-    folder = _own_folder()
+    folder = _settings().own_references
     try:
         name = add_body(folder, _signed_body(typed.case))
     except CaseNotFound as fault:
@@ -48,7 +87,7 @@ def _add(typed: argparse.Namespace) -> int:
         raise CommandFault("The case's result is not here any more.") from fault
     except (StateConflict, ValueError, LibraryDamaged) as fault:
         raise CommandFault(str(fault)) from fault
-    say(f"{name} is a reference body now. Restart the workers, and run ./lubdub benchmark to see what it changes.")
+    say(f"{name} is a reference body now. `{SEE}` shows what it changes.")
     return 0
 
 
@@ -87,9 +126,9 @@ def _signed_body(case_id: str) -> Any:
 def _disable(typed: argparse.Namespace) -> int:
     from lubdub.library.own import disable
 
-    if not disable(_own_folder(), typed.id):
+    if not disable(_settings().own_references, typed.id):
         raise CommandFault(f"There is no reference body {typed.id}.")
-    say(f"{typed.id} serves no more. Restart the workers.")
+    say(f"{typed.id} serves no more.")
     return 0
 
 
@@ -97,11 +136,9 @@ def _check(typed: argparse.Namespace) -> int:
     from lubdub.library.load import LibraryDamaged
     from lubdub.library.own import check
 
-    folder = _settings().references_dir
-    if folder is not None:
-        _remove_without_consent(folder)
+    _remove_without_consent(_settings().own_references)
     try:
-        found = check(folder)
+        found = check(_settings().references)
     except LibraryDamaged as fault:
         raise CommandFault(str(fault)) from fault
     for name, faults in found.items():
@@ -129,10 +166,3 @@ def _settings() -> Any:
     from lubdub.commands.service import read_settings
 
     return read_settings({})
-
-
-def _own_folder() -> Path:
-    folder: Path | None = _settings().references_dir
-    if folder is None:
-        raise CommandFault("Name a folder for your own references with LUBDUB_REFERENCES_DIR; the shipped ones stay.")
-    return folder

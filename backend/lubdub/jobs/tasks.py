@@ -16,7 +16,7 @@ from lubdub import pipeline
 from lubdub.cases.screening import unsure_reasons
 from lubdub.geometry.sparse import solver_name
 from lubdub.jobs.bundle import Bundle
-from lubdub.library.load import load_library
+from lubdub.library.load import load_library, state_of
 from lubdub.library.nearest import prepare
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.report.result_json import examination_json, result_json
@@ -32,7 +32,7 @@ def warm_up() -> None:
     for module in NEEDED_LATER:
         importlib.import_module(module)
     solver_name()
-    prepare(_library(Settings().references_dir).references)
+    prepare(_library_in(Settings().references).references)
 
 
 def examine_task(payload: bytes, progress: Progress) -> bytes:
@@ -99,9 +99,14 @@ def _request(facts: Mapping[str, Any]) -> pipeline.Request:
 
 def _references(facts: Mapping[str, Any]) -> Library:
     folder = facts["references"]
-    return _library(None if folder is None else Path(folder))
+    return _library_in(None if folder is None else Path(folder))
+
+
+def _library_in(folder: Path | None) -> Library:
+    """The library as it is now: what was loaded before this child was forked serves while nothing has changed."""
+    return _library(folder, state_of(folder))
 
 
 @lru_cache(maxsize=1)
-def _library(folder: Path | None) -> Library:
+def _library(folder: Path | None, state: object) -> Library:
     return load_library(folder)

@@ -64,11 +64,11 @@ class TaskNames:
 
 @dataclass(frozen=True)
 class JobSettings:
-    """How jobs are run. references: folder of reference bodies, None for the project's own."""
+    """How jobs are run. references: tells the folder of reference bodies, None for the project's own."""
 
     limits: Limits
     tasks: TaskNames
-    references: Path | None
+    references: Callable[[], Path | None]
 
 
 class Workbench:
@@ -115,7 +115,7 @@ class Workbench:
         )
 
     def _facts(self, case: Case) -> dict[str, Any]:
-        references = self._settings.references
+        references = self._settings.references()
         return {
             "age_years": case.age_years,
             "sex": case.sex,

@@ -83,9 +83,9 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
         cpu_s=settings.job_cpu_s,
         wall_s=settings.job_wall_s,
         file_mb=settings.job_output_mb,
-        readable=() if settings.references_dir is None else (str(settings.references_dir.resolve()),),
+        readable=(str(settings.own_references),),
     )
-    workbench = Workbench(desk, vault, forks, JobSettings(limits, tasks or TaskNames(), settings.references_dir))
+    workbench = Workbench(desk, vault, forks, JobSettings(limits, tasks or TaskNames(), lambda: settings.references))
     stopping = threading.Event()
     _held = _Held(workbench, stopping)
     for number in (signal.SIGTERM, signal.SIGINT):
@@ -136,7 +136,7 @@ class Upkeep:
         self._workbench = workbench
         self._privacy = privacy
         self._retention_days = settings.retention_days
-        self._sharing, self._references = sharing, settings.references_dir
+        self._sharing, self._references = sharing, settings.own_references
         self._engine = DbosEngine(settings.jobs_database)
         self._client = DBOSClient(system_database_url=jobs_url(settings.jobs_database), retry_connection_errors=False)
         self._purged_at = -PURGE_S

@@ -7,6 +7,7 @@ import io
 import json
 import zipfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from lubdub.geometry.signs import Sign, Signs
 from lubdub.geometry.surface import Surface
+from lubdub.library.marks import FOLDER, AreaMarks, marked, read_marks
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Library, Reference, ShapeBasis
 
 SHIPPED = Path(__file__).resolve().parents[3] / "references"
@@ -34,26 +36,76 @@ def load_library(folder: Path | None = None) -> Library:
     """All reference bodies, the basis and the signs, every file checked against its SHA-256.
 
     folder: holds `bodies/`, and may hold its own `topology.npz`, `basis.npz`, `signs.npz` and `manifest.json`; where
-    it does not, the shipped ones serve, so a clinic can bring bodies alone. Default: the shipped references.
-    A body whose card says `disabled` does not serve. Raises LibraryDamaged for a missing or altered file.
+    it does not, the shipped ones serve, so a clinic can bring bodies alone, or `marks/` on the shipped bodies alone.
+    Default: the shipped references. A body whose card says `disabled` does not serve; one that two people have marked
+    has their areas. Raises LibraryDamaged for a missing or altered file.
     """
-    home = folder if folder is not None else SHIPPED
-    shared = home if (home / "manifest.json").is_file() else SHIPPED
+    home = bodies_home(folder)
+    shared = _shared(home)
     hashes = _manifest(shared)
     topology, basis, signs = (_checked(shared / name, hashes.get(name)) for name in SHARED)
     triangles = _topology(topology, shared / "topology.npz")
     shape = _basis(basis, triangles, shared / "basis.npz")
     total = hashlib.sha256(topology + basis + signs)
-    references = []
+    references, marks = [], _marks(folder)
     for card in sorted((home / "bodies").glob("*/card.json")):
         reference, digest = _reference(card, triangles, len(shape.mean))
         if reference.card.get("disabled"):
             continue
-        references.append(reference)
+        as_marked = marked(reference, marks)
+        references.append(as_marked)
         total.update(digest)
+        if as_marked is not reference:
+            total.update(np.array(list(as_marked.areas.values())).tobytes())
     if not references:
         raise LibraryDamaged(f"There are no reference bodies in {home / 'bodies'}: restore the folder or name another.")
     return Library(tuple(references), shape, _signs(signs, shared / "signs.npz"), total.hexdigest())
+
+
+def load_body(folder: Path | None, name: str) -> Reference | None:
+    """One body as it stands in the folder, whatever people marked on it; None when there is none of this name.
+
+    Raises LibraryDamaged.
+    """
+    home = bodies_home(folder)
+    card = next((one for one in (home / "bodies").glob("*/card.json") if one.parent.name == name), None)
+    if card is None:
+        return None
+    shared = _shared(home)
+    hashes = _manifest(shared)
+    topology, basis = (_checked(shared / part, hashes.get(part)) for part in SHARED[:2])
+    triangles = _topology(topology, shared / "topology.npz")
+    return _reference(card, triangles, len(_basis(basis, triangles, shared / "basis.npz").mean))[0]
+
+
+def bodies_home(folder: Path | None) -> Path:
+    """Where the bodies of a folder are: the shipped ones when it holds marks on these alone."""
+    if folder is None or (not (folder / "bodies").is_dir() and (folder / FOLDER).is_dir()):
+        return SHIPPED
+    return folder
+
+
+def state_of(folder: Path | None) -> tuple[tuple[str, int, int, int], ...]:
+    """Another one whenever a body or mark of one's own was added, changed or removed; the shipped ones never are."""
+    if folder is None:
+        return ()
+    found = []
+    for path in sorted((*folder.glob("bodies/*/card.json"), *folder.glob(f"{FOLDER}/*/*.json"))):
+        with suppress(FileNotFoundError):  # removed a moment ago
+            told = path.stat()
+            found.append((str(path.relative_to(folder)), told.st_ino, told.st_mtime_ns, told.st_size))
+    return tuple(found)
+
+
+def _shared(home: Path) -> Path:
+    return home if (home / "manifest.json").is_file() else SHIPPED
+
+
+def _marks(folder: Path | None) -> list[AreaMarks]:
+    try:
+        return read_marks(folder)
+    except (*UNREADABLE, TypeError) as error:
+        raise LibraryDamaged(f"A file of people's marks on reference bodies is damaged: {error}.") from error
 
 
 def _manifest(folder: Path) -> Mapping[str, str]:

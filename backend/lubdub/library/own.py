@@ -16,7 +16,8 @@ import numpy as np
 
 from lubdub.geometry.anchors import Anchors, anchored
 from lubdub.geometry.surface import Surface
-from lubdub.library.load import SHIPPED, load_library
+from lubdub.library.load import SHIPPED, bodies_home, load_library
+from lubdub.library.marks import FOLDER, put_text
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, LandmarkName, Reference
 
 OFF_SKIN_MM = 15.0
@@ -50,8 +51,7 @@ def add_body(folder: Path, body: OwnBody) -> str:
     """
     if any(card.get("case") == body.case and not card.get("disabled") for card in cards(folder)):
         raise ValueError("This case is a reference body already.")
-    if not (folder / "bodies").is_dir():
-        shutil.copytree(SHIPPED / "bodies", folder / "bodies")
+    begin(folder)
     library = load_library(folder)
     if len(body.surface.vertices) != len(library.basis.mean):
         raise ValueError("The fitted body has another topology than the references: run the case again.")
@@ -67,24 +67,34 @@ def add_body(folder: Path, body: OwnBody) -> str:
     return name
 
 
+def begin(folder: Path) -> None:
+    """Bring the shipped bodies along into a folder that has none yet, all at once."""
+    if not (folder / "bodies").is_dir():
+        shutil.copytree(SHIPPED / "bodies", folder / "bodies.new", dirs_exist_ok=True)
+        (folder / "bodies.new").rename(folder / "bodies")
+
+
 def cards(folder: Path | None) -> list[dict[str, Any]]:
     """What each body's card says, disabled ones too. folder: None for the shipped ones."""
-    home = SHIPPED if folder is None else folder
+    home = bodies_home(folder)
     return [json.loads(path.read_text()) for path in sorted((home / "bodies").glob("*/card.json"))]
 
 
 def disable(folder: Path, name: str) -> bool:
     """Let a body serve no more; its files stay. False when there is no such body."""
-    home = folder / "bodies" / name
-    if not name or home.parent != folder / "bodies" or not (home / "card.json").is_file():
+    begin(folder)
+    if not any(card["id"] == name for card in cards(folder)):
         return False
+    home = folder / "bodies" / name
     _write_card(home, json.loads((home / "card.json").read_text()) | {"disabled": True})
     return True
 
 
 def remove(folder: Path, name: str) -> None:
-    """Take a body's files away: nobody agrees to its keeping any more."""
+    """Take a body's files and all marks on it away: nobody agrees to its keeping any more."""
+    (folder / "bodies" / name / "card.json").unlink()  # first: a body without a card serves nobody who reads meanwhile
     shutil.rmtree(folder / "bodies" / name)
+    shutil.rmtree(folder / FOLDER / name, ignore_errors=True)
 
 
 def faults(reference: Reference) -> list[str]:
@@ -154,7 +164,7 @@ def _card(name: str, body: OwnBody, sha256: str) -> dict[str, Any]:
 
 
 def _write_card(home: Path, card: Mapping[str, Any]) -> None:
-    (home / "card.json").write_text(json.dumps(card, indent=2) + "\n")
+    put_text(home / "card.json", json.dumps(card, indent=2) + "\n")
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:

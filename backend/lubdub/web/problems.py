@@ -36,6 +36,7 @@ PROBLEMS: dict[str, ProblemKind] = {
     "webhook-not-found": ProblemKind(404, "There is no such webhook"),
     "delivery-not-found": ProblemKind(404, "The webhook has no such message"),
     "sample-not-found": ProblemKind(404, "There is no such sample body"),
+    "body-not-found": ProblemKind(404, "There is no such reference body"),
     "page-not-found": ProblemKind(404, "There is nothing at this address"),
     "method-not-allowed": ProblemKind(405, "This address does not take that method"),
     "not-signed-in": ProblemKind(401, "A key or a session is needed"),
@@ -99,6 +100,8 @@ def from_error(error: Exception) -> Problem:
         return Problem("webhook-not-found", "There is no webhook with this id, or it is not yours.")
     if isinstance(error, errors.DeliveryNotFound):
         return Problem("delivery-not-found", "There is no message with this id, or its log was dropped.")
+    if isinstance(error, errors.BodyNotFound):
+        return Problem("body-not-found", "There is no reference body of this name, or it is not yours to see.")
     if isinstance(error, errors.BadCursor):
         return Problem("bad-request", "The cursor was not made here. Begin with the first page again.")
     if isinstance(error, errors.WrongOffset):
