@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,6 +15,27 @@ from playwright.sync_api import Locator, Page, Request, Response, expect
 from tests.journeys.conftest import AXE, DRAWN_MS
 
 WORK_MS = 120_000
+
+
+@contextmanager
+def leads_on(page: Page) -> Iterator[None]:
+    """What is done inside leads to another page, which has arrived whole when this ends.
+
+    A click alone is over when the answer begins, a key even before it is asked for: whoever looks then sees the page
+    that is left, or one without a body. And where a page answers at its own address, no address tells them apart.
+    """
+    with page.expect_navigation(timeout=WORK_MS):
+        yield
+
+
+def soon(page: Page, look: Callable[[], Any], what: str) -> Any:
+    """The first true thing that look() sees, while the browser goes on drawing and answering."""
+    deadline = time.monotonic() + WORK_MS / 1000
+    while time.monotonic() < deadline:
+        if seen := look():
+            return seen
+        page.wait_for_timeout(200)
+    raise AssertionError(f"{page.url}: not in time: {what}")
 
 
 def faults(page: Page) -> list[str]:
@@ -115,7 +138,8 @@ def answer_health(page: Page) -> None:
     page.get_by_label("I may decide for this child").check()
     go_on(page)
     choose(page, "Yes, that is OK")
-    page.get_by_role("button", name="A file I already have").click()
+    with leads_on(page):
+        page.get_by_role("button", name="A file I already have").click()
     go_on(page)
     page.wait_for_url(re.compile("/scan$"))
 
@@ -128,7 +152,8 @@ def choose(page: Page, answer: str) -> None:
 
 def go_on(page: Page) -> None:
     """To the next page."""
-    page.get_by_role("button", name="Continue").click()
+    with leads_on(page):
+        page.get_by_role("button", name="Continue").click()
 
 
 def send(page: Page, scan: Path) -> None:
@@ -142,7 +167,7 @@ def confirm_size(page: Page) -> None:
     page.wait_for_url(re.compile("/size$"), timeout=WORK_MS)
     page.get_by_label("Yes, about right").check()
     page.get_by_label("Yes, that is the left side").check()
-    page.get_by_role("button", name="Continue").click()
+    go_on(page)
     page.wait_for_url(re.compile("/(points|feel)$"))
     if page.url.endswith("/feel"):
         page.get_by_role("button", name="I have felt both").click()

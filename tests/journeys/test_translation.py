@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
 from lubdub.settings import Settings
 from lubdub.web.pages_guide_words import APPS
 from lubdub.web.pages_questions import QUESTIONS
 from tests.journeys import pseudo
 from tests.journeys.home import SIZES
-from tests.journeys.steps import keep_picture, small_targets
+from tests.journeys.steps import keep_picture, leads_on, small_targets
 from tests.web.family import Family
 from tests.web.service import Service, free_port
 
@@ -124,7 +124,9 @@ def test_every_page_around_the_scan_is_whole(foreign: Foreign) -> None:
     foreign.family.post(f"/cases/{case}/ready")
     see(foreign.page, f"/cases/{case}/scan")
     foreign.page.goto(f"/cases/{case}/handoff")
-    foreign.page.locator("main form button").click()
+    with leads_on(foreign.page):
+        foreign.page.locator("main form button").click()
+    expect(foreign.page.locator(".code-signs")).to_be_visible()
     assert foreign.page.evaluate(UNTRANSLATED, [*ALLOWED, foreign.family.service.settings.address]) == []
 
 
@@ -149,15 +151,16 @@ def test_the_result_and_what_comes_after_it_are_whole(foreign: Foreign) -> None:
 def complain(page: Page, path: str) -> None:
     """Send a page's form with nothing in it: the answer must be whole too."""
     page.goto(path)
-    page.evaluate(
-        """() => {
-            const form = document.querySelector("main form");
-            for (const field of form.querySelectorAll("input:not([type=hidden])"))
-                if (["radio", "checkbox"].includes(field.type)) field.checked = false; else field.value = "";
-            HTMLFormElement.prototype.submit.call(form);
-        }"""
-    )
-    page.wait_for_selector(".nhsuk-error-summary")
+    with leads_on(page):
+        page.evaluate(
+            """() => {
+                const form = document.querySelector("main form");
+                for (const field of form.querySelectorAll("input:not([type=hidden])"))
+                    if (["radio", "checkbox"].includes(field.type)) field.checked = false; else field.value = "";
+                HTMLFormElement.prototype.submit.call(form);
+            }"""
+        )
+    expect(page.locator(".nhsuk-error-summary")).to_be_visible()
     assert page.evaluate(UNTRANSLATED, ALLOWED) == [], page.url
     keep_picture(page, "foreign-complaint")
 
