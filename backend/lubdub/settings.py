@@ -34,6 +34,10 @@ class Settings(BaseSettings):
     host: str = Field(default="127.0.0.1", description="Address the web server listens on.")
     port: int = Field(default=8000, ge=0, le=65535, description="TCP port of the web server.")
     behind_tls_proxy: bool = Field(default=False, description="True when a proxy in front of the server speaks HTTPS.")
+    trusted_proxies: str = Field(
+        default="127.0.0.1",
+        description="Addresses or networks, with commas between, of the proxies whose word counts on who is calling.",
+    )
     public_url: str = Field(
         default="", description="Address people use, such as https://lubdub.example; empty: host and port."
     )
@@ -44,7 +48,9 @@ class Settings(BaseSettings):
         default="", description="URL of the queue's own tables; empty: as database_url, own file."
     )
     store_url: str = Field(
-        default="", description="Where sealed files go: file:// or s3:// URL; empty: a folder in data_dir."
+        default="",
+        description="Where sealed files go: a file:// URL, or s3://KEY:SECRET@bucket?endpoint=https://...&region=...; "
+        "empty: a folder in data_dir.",
     )
     master_key_file: Path | None = Field(default=None, description="File of the master key; made at first start.")
     references_dir: Path | None = Field(

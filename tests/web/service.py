@@ -47,6 +47,11 @@ class Service:
     worker_module: str = "tests.jobs.stand_in_worker"
     web_program: str = WEB
     processes: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    address: str = ""
+    """Where this process itself listens, when people use another address."""
+
+    def __post_init__(self) -> None:
+        self.address = self.address or self.settings.address
 
     @property
     def log(self) -> Path:
@@ -89,7 +94,7 @@ class Service:
 
     def _answers(self) -> bool:
         try:
-            return httpx.get(f"{self.settings.address}/livez").status_code == 200
+            return httpx.get(f"{self.address}/livez").status_code == 200
         except httpx.TransportError:
             return False
 

@@ -10,13 +10,14 @@ from typing import Literal
 
 import obstore
 import sqlalchemy as sa
-from obstore.store import ObjectStore, from_url
+from obstore.store import ObjectStore
 from sqlalchemy.orm import Session
 
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import FileNotFound, SealBroken
 from lubdub.cases.models import CaseKeyRow, FileRow
+from lubdub.cases.object_store import open_store
 from lubdub.cases.sealing import (
     KEY_BYTES,
     FrameSealer,
@@ -69,8 +70,7 @@ class FileVault:
         self._database = database
         self._master_file = master_key
         self._master = load_master_key(master_key)
-        is_folder = store_url.startswith("file:")
-        self._store: ObjectStore = from_url(store_url, mkdir=True) if is_folder else from_url(store_url)
+        self._store: ObjectStore = open_store(store_url)
 
     def writer(self, case_id: str, artefact: Artefact) -> SealedWriter:
         """A new file for the case, to be written piece by piece. Raises FileNotFound when the case is deleted."""

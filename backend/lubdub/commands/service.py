@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 ROLES = {
     "serve": "the product on one machine: pages, REST interface and worker",
     "web": "the pages and the REST interface alone",
-    "view": "the same as web, for a balancer that keeps /view/ and /cases/*/points of a case in one process",
+    "view": "the live 3D views and the pages around them alone, behind a proxy that sends each case to one of these",
     "worker": "one worker alone",
 }
 
@@ -65,7 +65,7 @@ def _run_role(typed: argparse.Namespace) -> int:
         case "web" | "view":
             from lubdub.web.serve import run_web
 
-            run_web(settings)
+            run_web(settings, typed.role)
         case _:
             from lubdub.jobs.worker import run_worker
 

@@ -80,6 +80,11 @@ class ViewRegistry(Generic[Content]):
         """The case's view if it is running."""
         return self._views.get(case_id)
 
+    def ids(self) -> list[str]:
+        """Whose views are running."""
+        with self._lock:
+            return list(self._views)
+
     def close(self, case_id: str) -> None:
         """Stop a case's view if it is running."""
         with self._lock:
@@ -106,7 +111,7 @@ class ViewRegistry(Generic[Content]):
 
     def close_all(self) -> None:
         """Stop everything, at shutdown."""
-        for case_id in list(self._views):
+        for case_id in self.ids():
             self.close(case_id)
 
     def watched(self, case_id: str, change: int) -> int:

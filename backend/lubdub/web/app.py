@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import Literal
 
 from fastapi import FastAPI
 from starlette.middleware.gzip import GZipMiddleware
@@ -50,7 +51,11 @@ DESCRIPTION = (
 )
 
 
-def create_app(settings: Settings) -> FastAPI:
+WebRole = Literal["web", "view"]
+"""web: everything. view: what must stay with one process for each case, behind a proxy that sees to it."""
+
+
+def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
     """The web application. Nothing is opened before it starts; it closes what it opened when it stops.
 
     `lubdub.web.pages.install(app)` brings the pages: routers, static files and `app.state.error_page`.
@@ -68,7 +73,7 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         description=DESCRIPTION,
         lifespan=lifespan,
-        openapi_url="/api/v1/openapi.json",
+        openapi_url="/api/v1/openapi.json" if role == "web" else None,
         docs_url=None,
         redoc_url=None,
         generate_unique_id_function=lambda route: route.name,
@@ -77,17 +82,24 @@ def create_app(settings: Settings) -> FastAPI:
     # Replaced by the server that runs it: whom to tell that it is ready, and whether it is about to end.
     app.state.announce = lambda: None
     app.state.is_stopping = lambda: False
-    for room in REST:
-        app.include_router(room.router, prefix="/api/v1")
-    for room in (api_fhir, api_embed):
-        app.include_router(room.public)
     app.include_router(health.router)
-    app.include_router(docs.router)
     install_problems(app)
-    document_problems(app)
-    pages.install(app)
+    if role == "view":
+        pages.install_views(app)
+    else:
+        _install_all(app)
     app.add_middleware(GZipMiddleware, minimum_size=500, compresslevel=6)
     app.add_middleware(RateLimit, settings=settings)
     app.add_middleware(BodyLimit, settings=settings)
     app.add_middleware(Envelope, is_https=settings.is_https)
     return app
+
+
+def _install_all(app: FastAPI) -> None:
+    for room in REST:
+        app.include_router(room.router, prefix="/api/v1")
+    for room in (api_fhir, api_embed):
+        app.include_router(room.public)
+    app.include_router(docs.router)
+    document_problems(app)
+    pages.install(app)

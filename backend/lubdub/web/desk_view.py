@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, FastAPI, Request, WebSocket
@@ -15,10 +14,12 @@ from starlette.requests import HTTPConnection
 from lubdub.cases.desk_values import ClinicianSession
 from lubdub.cases.errors import CaseNotFound
 from lubdub.cases.reviewing import Reviewer
+from lubdub.cases.snapshots import Snapshots
 from lubdub.cases.states import HAS_RESULT
 from lubdub.cases.values import Case
 from lubdub.views.proxy_rules import ViewerRole
 from lubdub.web.deps import ClinicianDep, KnownClinicianDep, ServicesDep, StoreDep
+from lubdub.web.following import following
 from lubdub.web.pages_look import sides_of
 from lubdub.web.problems import Problem
 from lubdub.web.review_views import ReviewViews
@@ -27,14 +28,11 @@ from lubdub.web.view import NOT_FOR_YOU, WindowName, is_own_origin, join, live_a
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    views = ReviewViews(app.state.services.files, app.state.services.reviews)
+    services = app.state.services
+    views = ReviewViews(services.files, services.reviews, Snapshots(services.database))
     app.state.review_views = views
-    reaper = asyncio.create_task(views.reap_for_ever())
-    yield
-    reaper.cancel()
-    with suppress(asyncio.CancelledError):
-        await reaper
-    await asyncio.to_thread(views.close_all)
+    async with following(views):
+        yield
 
 
 router = APIRouter(include_in_schema=False, lifespan=_lifespan)

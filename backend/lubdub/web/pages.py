@@ -81,6 +81,13 @@ def install(app: FastAPI) -> None:
     app.state.error_page = error_page
 
 
+def install_views(app: FastAPI) -> None:
+    """Put in the live views alone, with the pages that stand around them and must be served by the same process."""
+    for part in (pages_points, desk_review, view, desk_view):
+        app.include_router(part.router)
+    app.state.error_page = error_page
+
+
 def error_page(request: Request, problem: Problem) -> Response:
     """A problem in plain words, with a way on."""
     if wants_json(request) or request.url.path.startswith("/static/"):

@@ -11,6 +11,7 @@ import numpy as np
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import JSONResponse, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
+from starlette.concurrency import run_in_threadpool
 
 from lubdub.cases.states import TAKES_LANDMARKS
 from lubdub.cases.store import Asked
@@ -70,15 +71,20 @@ async def live(
     request: Request, case: MarkableDep, desk: DeskDep, window: WindowName = ""
 ) -> AsyncIterator[ServerSentEvent]:
     """Tells the page when a point changed and whether its own window of the view is connected."""
-    told: tuple[int, bool] | None = None
+    told: tuple[str, bool] | None = None
     silent = 0
-    while not request.app.state.is_stopping():
-        now = (desk.version(case.id), desk.is_watched(case.id, window))
-        if now != told or silent >= KEEP_ALIVE_POLLS:
-            told, silent = now, 0
-            yield ServerSentEvent(event="marks", data={"version": now[0], "connected": now[1]}, retry=1000)
-        silent += 1
-        await asyncio.sleep(POLL_S)
+    snapshot = await run_in_threadpool(desk.snapshot, case.id)
+    with desk.listening(case.id, snapshot) as last_seen:
+        while not request.app.state.is_stopping():
+            snapshot = last_seen()
+            if snapshot is None or snapshot.owner != case.owner_session_id:
+                return  # deleted, or handed to another browser
+            now = (snapshot.version("marks.json"), desk.is_watched(case.id, window))
+            if now != told or silent >= KEEP_ALIVE_POLLS:
+                told, silent = now, 0
+                yield ServerSentEvent(event="marks", data={"version": now[0], "connected": now[1]}, retry=1000)
+            silent += 1
+            await asyncio.sleep(POLL_S)
 
 
 @router.post("/cases/{case_id}/points", dependencies=[FormGuard])
@@ -185,6 +191,7 @@ def _marks_words(request: Request, case: Case, desk: ViewDesk) -> PointsWords:
 
 
 def _facts(request: Request, case: Case, desk: ViewDesk) -> dict[str, Any]:
+    snapshot = desk.snapshot(case.id)  # before the marks: what changes meanwhile is then told of once more
     marks = desk.marks(case.id)
     words = _marks_words(request, case, desk)
     return {
@@ -197,7 +204,7 @@ def _facts(request: Request, case: Case, desk: ViewDesk) -> dict[str, Any]:
         "stop": words.stop(),
         "is_unclear": words.is_unclear,
         "is_ready": all(marks.is_answered(name) for name in asked_of(case)),
-        "version": desk.version(case.id),
+        "version": "" if snapshot is None else snapshot.version("marks.json"),
     }
 
 

@@ -5,7 +5,6 @@ Nothing lives only here but how a clinician looks at it: a view that was stopped
 
 from __future__ import annotations
 
-import asyncio
 import hashlib
 import threading
 from collections import Counter
@@ -18,6 +17,7 @@ from lubdub.cases.errors import CaseNotFound, StateConflict
 from lubdub.cases.files import FileVault
 from lubdub.cases.review import Reviews
 from lubdub.cases.reviewing import Position, Review, Reviewer
+from lubdub.cases.snapshots import Snapshots
 from lubdub.cases.values import Case
 from lubdub.geometry.skin_walk import SkinWalker
 from lubdub.report.archive import outcome_from_bytes
@@ -28,7 +28,6 @@ from lubdub.views.scene import Sides
 from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
 from lubdub.web.reviewed import with_corrections
 
-REAP_EVERY_S = 60.0
 MOST_MM = 40.0
 """One call moves an area no further than this."""
 
@@ -52,10 +51,11 @@ class Judging:
 class ReviewViews:
     """Opens views of results, and shows in each what the review says now."""
 
-    def __init__(self, files: FileVault, reviews: Reviews) -> None:
-        """Over the open vault and the reviews."""
+    def __init__(self, files: FileVault, reviews: Reviews, snapshots: Snapshots) -> None:
+        """Over the open vault, the reviews, and how cases stand."""
         self._files = files
         self._reviews = reviews
+        self._snapshots = snapshots
         self._registry: ViewRegistry[Judging] = ViewRegistry()
         self._windows: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
@@ -142,11 +142,17 @@ class ReviewViews:
         """Stop every view. Off the event loop only."""
         self._registry.close_all()
 
-    async def reap_for_ever(self) -> None:
-        """Stop views nobody looks at, until cancelled."""
-        while True:
-            await asyncio.sleep(REAP_EVERY_S)
-            await asyncio.to_thread(self._registry.reap)
+    def reap(self) -> None:
+        """Stop views nobody looks at. Off the event loop only."""
+        self._registry.reap()
+
+    def look_again(self) -> None:
+        """Stop views of cases that are deleted, whichever process did it. Off the event loop only."""
+        shown = self._registry.ids()
+        living = self._snapshots.of({_case_of(key) for key in shown})
+        for key in shown:
+            if _case_of(key) not in living:
+                self._registry.close(key)
 
     def _build(self, case: Case, by: Reviewer, server: LiveServer, data: bytes, sides: Sides) -> Judging:
         computed = outcome_from_bytes(data)
@@ -199,3 +205,7 @@ def _in_file(outcome: Outcome, place: np.ndarray) -> Position:
 
 def _key(case_id: str, by: Reviewer) -> str:
     return f"{case_id}.{by.actor.id}"
+
+
+def _case_of(key: str) -> str:
+    return key.partition(".")[0]

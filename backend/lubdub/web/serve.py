@@ -13,13 +13,14 @@ from collections.abc import Callable
 
 import structlog
 import uvicorn
+from fastapi import FastAPI
 
 from lubdub.cases.admin import first_link
 from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
 from lubdub.settings import Settings
-from lubdub.web.app import create_app
+from lubdub.web.app import WebRole, create_app
 
 STOP_S = 5.0
 RESTART_S = 2.0
@@ -28,12 +29,15 @@ RESTART_S = 2.0
 log = structlog.stdlib.get_logger(__name__)
 
 
-def run_web(settings: Settings) -> None:
-    """Run the web server alone until it is told to stop. Ends the process with a sentence when it cannot start."""
+def run_web(settings: Settings, role: WebRole = "web") -> None:
+    """Run the web server, or a view server, alone until it is told to stop.
+
+    Ends the process with a sentence when it cannot start.
+    """
     configure_logs(settings.log_level)
     listening = listening_socket(settings)
     check_openable(settings)
-    _serve(settings, listening)
+    _serve(create_app(settings, role), settings, listening)
 
 
 def serve(settings: Settings) -> None:
@@ -45,7 +49,7 @@ def serve(settings: Settings) -> None:
     worker.start()
     _say("Lubdub is starting.")
     try:
-        _serve(settings, listening, lambda: _welcome(settings))
+        _serve(create_app(settings), settings, listening, lambda: _welcome(settings))
     finally:
         worker.stop()
 
@@ -83,8 +87,9 @@ def check_openable(settings: Settings) -> None:
     database.close()
 
 
-def _serve(settings: Settings, listening: socket.socket, announce: Callable[[], None] = lambda: None) -> None:
-    app = create_app(settings)
+def _serve(
+    app: FastAPI, settings: Settings, listening: socket.socket, announce: Callable[[], None] = lambda: None
+) -> None:
     app.state.announce = announce
     config = uvicorn.Config(
         app,
@@ -92,6 +97,7 @@ def _serve(settings: Settings, listening: socket.socket, announce: Callable[[], 
         access_log=False,
         server_header=False,
         proxy_headers=settings.behind_tls_proxy,
+        forwarded_allow_ips=settings.trusted_proxies,
         timeout_graceful_shutdown=3,
         ws_max_size=1 << 20,
     )

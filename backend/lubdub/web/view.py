@@ -23,6 +23,7 @@ from lubdub.views.placing import live_page
 from lubdub.views.proxy_rules import FrameTooLarge, Gate, ViewerRole
 from lubdub.views.servers import ViewsFull
 from lubdub.web.deps import CaseDep, KnownFamilyDep, ServicesDep
+from lubdub.web.following import following
 from lubdub.web.pages_look import sides_of
 from lubdub.web.problems import Problem
 from lubdub.web.view_desk import ViewDesk
@@ -43,14 +44,10 @@ TRY_AGAIN = 1013
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    desk = ViewDesk(app.state.services.files)
+    desk = ViewDesk(app.state.services.files, app.state.services.database)
     app.state.views = desk
-    reaper = asyncio.create_task(desk.reap_for_ever())
-    yield
-    reaper.cancel()
-    with suppress(asyncio.CancelledError):
-        await reaper
-    await asyncio.to_thread(desk.close_all)
+    async with following(desk):
+        yield
 
 
 router = APIRouter(include_in_schema=False, lifespan=_lifespan)

@@ -1,22 +1,24 @@
 """The live views of this process: one per open case, in step with the points stored for it.
 
-Nothing lives only here: the points are stored with the case at each change, and a view that was stopped is
-built again from them.
+Nothing lives only here: the points are stored with the case at each change, by this process or another one, and a view
+that was stopped is built again from them, here or elsewhere.
 """
 
 from __future__ import annotations
 
-import asyncio
-import hashlib
 import threading
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from lubdub.cases.database import Database
 from lubdub.cases.errors import FileNotFound
 from lubdub.cases.files import FileVault
+from lubdub.cases.revising import revise
+from lubdub.cases.snapshots import Snapshot, Snapshots
 from lubdub.report.archive import examination_from_bytes
 from lubdub.results import LANDMARK_NAMES, Examination, Landmark, LandmarkName
 from lubdub.views.placing import PlacingView
@@ -25,7 +27,6 @@ from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
 from lubdub.views.turning import turned
 from lubdub.web.pages_marks import Marks
 
-REAP_EVERY_S = 60.0
 PLACED_SPREAD_MM = 5.0
 """Shown with a placed point; the pipeline has its own numbers."""
 
@@ -36,20 +37,23 @@ class Showing:
 
     view: PlacingView
     examination: Examination
-    sha256: str
+    snapshot: Snapshot
     sides: Sides
     turns: tuple[str, ...] = ()
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
 class ViewDesk:
-    """Opens views, stores what is placed in them, and counts changes so that pages can follow."""
+    """Opens views, stores what is placed in them, and knows of each change, so that pages can follow."""
 
-    def __init__(self, files: FileVault) -> None:
-        """Over the open vault."""
+    def __init__(self, files: FileVault, database: Database) -> None:
+        """Over the open vault and database."""
         self._files = files
+        self._database = database
+        self._snapshots = Snapshots(database)
         self._registry: ViewRegistry[Showing] = ViewRegistry()
-        self._versions: dict[str, int] = {}
+        self._listened: Counter[str] = Counter()
+        self._known: dict[str, Snapshot | None] = {}
         self._windows: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
 
@@ -58,14 +62,15 @@ class ViewDesk:
 
         sides: the words on its plates. A view somebody looks at keeps those it was built with.
         """
-        data = self._files.read(case_id, "examination.npz")
-        sha256 = hashlib.sha256(data).hexdigest()
+        snapshot = self._snapshots.one(case_id)
+        if snapshot is None:
+            raise FileNotFound("the case is deleted")
         running = self._registry.get(case_id)
         if running is not None:
             is_other = running.content.sides != sides and running.watchers == 0
-            if is_other or running.content.sha256 != sha256:
+            if is_other or not _is_same_body(running.content.snapshot, snapshot):
                 self._registry.close(case_id)
-        return self._registry.open(case_id, lambda server: self._build(case_id, server, data, sha256, sides))
+        return self._registry.open(case_id, lambda server: self._build(case_id, server, snapshot, sides))
 
     def running(self, case_id: str) -> OpenView[Showing] | None:
         """The case's view if it is open."""
@@ -86,26 +91,64 @@ class ViewDesk:
             return Marks()
 
     def change(self, case_id: str, how: Callable[[Marks], Marks]) -> Marks:
-        """Change what was said, store it, show it, and tell the pages."""
-        with self._lock:
-            marks = how(self.marks(case_id))
-            self._files.put(case_id, "marks.json", marks.to_bytes())
-            self._versions[case_id] = self.version(case_id) + 1
+        """Change what was said, store it, and show it; every process that shows or tells of the case follows."""
+
+        def changed(stored: bytes | None) -> bytes:
+            return how(Marks() if stored is None else Marks.from_bytes(stored)).to_bytes()
+
+        marks = Marks.from_bytes(revise(self._database, self._files, case_id, "marks.json", changed))
         running = self._registry.get(case_id)
         if running is not None:
-            self._follow(running.content, marks)
+            self._show_marks(running.content, marks)
         return marks
 
-    def _follow(self, showing: Showing, marks: Marks) -> None:
+    def snapshot(self, case_id: str) -> Snapshot | None:
+        """How the case stands now; None when it is deleted."""
+        return self._snapshots.one(case_id)
+
+    @contextmanager
+    def listening(self, case_id: str, snapshot: Snapshot | None) -> Iterator[Callable[[], Snapshot | None]]:
+        """While somebody is told of the case's changes: how it stood at the last look; None once it is deleted.
+
+        snapshot: how it stands now.
+        """
+        with self._lock:
+            self._listened[case_id] += 1
+            self._known.setdefault(case_id, snapshot)
+        try:
+            yield lambda: self._known.get(case_id)
+        finally:
+            with self._lock:
+                self._listened[case_id] -= 1
+                if self._listened[case_id] <= 0:
+                    del self._listened[case_id]
+                    self._known.pop(case_id, None)
+
+    def look_again(self) -> None:
+        """Look once at every case that is shown or told of. Views of bodies that are gone, or somebody else's now, are
+        stopped; the others show what is stored. Off the event loop only."""
+        shown = self._registry.ids()
+        with self._lock:
+            listened = set(self._listened)
+        found = self._snapshots.of({*shown, *listened})
+        with self._lock:
+            self._known.update({case_id: found.get(case_id) for case_id in listened & set(self._listened)})
+        for case_id in shown:
+            running, now = self._registry.get(case_id), found.get(case_id)
+            if running is None:
+                continue
+            if now is None or not _is_same_body(running.content.snapshot, now):
+                self.close(case_id)
+            elif now.files.get("marks.json") != running.content.snapshot.files.get("marks.json"):
+                running.content.snapshot = now
+                self._show_marks(running.content, self.marks(case_id))
+
+    def _show_marks(self, showing: Showing, marks: Marks) -> None:
         with showing.lock:
             if showing.turns != marks.turns:
                 showing.turns = marks.turns
                 showing.view.turn_to(turned(showing.examination.scan, marks.turns))
             self._show(showing.view, showing.examination, marks)
-
-    def version(self, case_id: str) -> int:
-        """Goes up with every change."""
-        return self._versions.get(case_id, 0)
 
     def is_watched(self, case_id: str, window: str = "") -> bool:
         """Whether a browser, or this very window of one, is attached to the case's view."""
@@ -125,20 +168,17 @@ class ViewDesk:
     def close(self, case_id: str) -> None:
         """Stop the case's view. Off the event loop only."""
         self._registry.close(case_id)
-        self._versions.pop(case_id, None)
 
     def close_all(self) -> None:
         """Stop every view. Off the event loop only."""
         self._registry.close_all()
 
-    async def reap_for_ever(self) -> None:
-        """Stop views nobody looks at, until cancelled."""
-        while True:
-            await asyncio.sleep(REAP_EVERY_S)
-            await asyncio.to_thread(self._registry.reap)
+    def reap(self) -> None:
+        """Stop views nobody looks at. Off the event loop only."""
+        self._registry.reap()
 
-    def _build(self, case_id: str, server: LiveServer, data: bytes, sha256: str, sides: Sides) -> Showing:
-        examination = examination_from_bytes(data)
+    def _build(self, case_id: str, server: LiveServer, snapshot: Snapshot, sides: Sides) -> Showing:
+        examination = examination_from_bytes(self._files.read(case_id, "examination.npz"))
         marks = self.marks(case_id)
 
         def placed(name: LandmarkName, position: np.ndarray) -> None:
@@ -150,13 +190,19 @@ class ViewDesk:
         framing = shown_points(examination, marks) if is_clear else {}
         view = PlacingView(server, turned(examination.scan, marks.turns), framing, placed, sides)
         self._show(view, examination, marks)
-        return Showing(view, examination, sha256, sides, marks.turns)
+        return Showing(view, examination, snapshot, sides, marks.turns)
 
     def _show(self, view: PlacingView, examination: Examination, marks: Marks) -> None:
         is_name = marks.sides_confirmed and marks.target in LANDMARK_NAMES
         view.target = marks.target if is_name else None  # type: ignore[assignment]
         shown = replace(examination, scan=view.scan)
         view.show(shown_points(shown, marks) if marks.sides_confirmed else {})
+
+
+def _is_same_body(before: Snapshot, now: Snapshot) -> bool:
+    """Whether a view may stay: the same family's, of the same scan."""
+    what = "examination.npz"
+    return (before.owner, before.files.get(what)) == (now.owner, now.files.get(what))
 
 
 def shown_points(examination: Examination, marks: Marks) -> Mapping[LandmarkName, Landmark]:
