@@ -81,6 +81,17 @@ class Settings(BaseSettings):
 
     retention_days: float = Field(default=30.0, gt=0, description="Days after which a case and its files are deleted.")
     requests_per_minute: int = Field(default=600, ge=1, description="Calls per minute for one key, session or address.")
+    requests_per_minute_of_address: int = Field(
+        default=6000, ge=1, description="Calls per minute from one address, whatever keys and sessions it shows."
+    )
+    family_mb_per_day: int = Field(
+        default=3000, ge=1, description="Scans one family's session may send in a day, in megabytes."
+    )
+    tenant_mb_per_day: int = Field(
+        default=500_000,
+        ge=1,
+        description="Scans one organisation, or all families without one together, may send in a day, in megabytes.",
+    )
 
     clinic_name: str = Field(
         default="",
@@ -119,6 +130,27 @@ class Settings(BaseSettings):
                 f"Listening on {self.host} without HTTPS would send scans of bodies in the clear. Listen on "
                 "127.0.0.1, or put a TLS proxy in front and set LUBDUB_BEHIND_TLS_PROXY=true."
             )
+        return self
+
+    @model_validator(mode="after")
+    def refuse_blind_trust(self) -> Self:
+        """Who may say where a call comes from may be anybody, and is counted as nobody."""
+        for one in self.trusted_proxies.split(","):
+            try:
+                ipaddress.ip_network(one.strip())
+            except ValueError as error:
+                raise ValueError(
+                    f"LUBDUB_TRUSTED_PROXIES must be addresses or networks such as 10.0.0.0/8, separated by commas; "
+                    f"{one.strip()!r} is none."
+                ) from error
+        return self
+
+    @model_validator(mode="after")
+    def refuse_quotas_below_one_scan(self) -> Self:
+        """A scan of the allowed size must fit into a day."""
+        for name in ("family_mb_per_day", "tenant_mb_per_day"):
+            if getattr(self, name) < self.max_upload_mb:
+                raise ValueError(f"LUBDUB_{name.upper()} must be at least LUBDUB_MAX_UPLOAD_MB ({self.max_upload_mb}).")
         return self
 
     @model_validator(mode="after")

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
-
-import httpx
 import pytest
 from pydantic import ValidationError
-from starlette.applications import Starlette
-from starlette.middleware import Middleware
-from starlette.responses import PlainTextResponse
-from starlette.routing import Mount
-from starlette.types import Receive, Scope, Send
 
 from lubdub.cases.database import Database
 from lubdub.cases.people import People
 from lubdub.settings import Settings
 from lubdub.web.guard import cookie_name, csrf_token, session_cookie
-from lubdub.web.limits import RateLimit
 from tests.web import family as pages
 from tests.web.service import PATIENT, Portal, Service
 from tests.web.test_rest import problem
@@ -121,31 +112,3 @@ def test_listening_to_the_network_without_https_is_refused_in_words() -> None:
     assert Settings(host="0.0.0.0", behind_tls_proxy=True).is_https
     for loopback in ("127.0.0.1", "::1", "localhost"):
         assert not Settings(host=loopback).is_https
-
-
-def test_calls_without_end_are_slowed_down() -> None:
-    limit = RateLimit(lambda *_: None, Settings(requests_per_minute=2))  # type: ignore[arg-type, return-value]
-    assert [limit._take("a", 0.0) for _ in range(2)] == [(1.0, 0.0), (0.0, 0.0)]
-    assert limit._take("a", 0.0) == (0.0, pytest.approx(30.0))
-    assert limit._take("b", 0.0) == (1.0, 0.0)
-    assert limit._take("a", 30.0) == (0.0, 0.0)
-
-
-def test_a_refused_program_is_told_when_to_come_back() -> None:
-    async def answer(scope: Scope, receive: Receive, send: Send) -> None:
-        await PlainTextResponse("here")(scope, receive, send)
-
-    async def twice() -> list[httpx.Response]:
-        app = Starlette(
-            routes=[Mount("/api", answer)],
-            middleware=[Middleware(RateLimit, settings=Settings(requests_per_minute=1))],
-        )
-        transport = httpx.ASGITransport(app)
-        async with httpx.AsyncClient(transport=transport, base_url="http://lubdub") as http:
-            return [await http.get("/api/x") for _ in range(2)]
-
-    served, refused = asyncio.run(twice())
-    assert served.headers["ratelimit-remaining"] == "0"
-    problem(refused, "too-many-requests")
-    assert 0 < int(refused.headers["retry-after"]) <= 60
-    assert refused.headers["ratelimit-remaining"] == "0"

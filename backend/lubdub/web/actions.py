@@ -19,6 +19,7 @@ from lubdub.cases.values import Actor, Case, NewCase, Receipt
 from lubdub.jobs.engine import JobEngine
 from lubdub.web.pages_samples import only_samples, refuse_others
 from lubdub.web.problems import Problem
+from lubdub.web.quotas import STEP, UploadQuotas
 
 UnitName = Literal["m", "cm", "mm"]
 
@@ -34,6 +35,7 @@ class CaseActions:
         privacy: Privacy,
         reviews: Reviews,
         engine: JobEngine,
+        quotas: UploadQuotas,
     ) -> None:
         """Over the open services."""
         self._reviews = reviews
@@ -42,6 +44,7 @@ class CaseActions:
         self._uploads = uploads
         self._privacy = privacy
         self._engine = engine
+        self._quotas = quotas
 
     def open(self, actor: Actor, new: NewCase, repeatable: Repeatable | None = None) -> tuple[Case, bool]:
         """A new case, or with False the one an earlier call with the same key opened.
@@ -57,12 +60,13 @@ class CaseActions:
     ) -> Case:
         """Stream a scan into the vault, sealed piece by piece, and ask for its check.
 
-        Raises Problem `empty-body` for no bytes at all, `sandbox-takes-samples` for a real body in a sandbox.
+        Raises Problem `empty-body` for no bytes at all, `sandbox-takes-samples` for a real body in a sandbox,
+        `upload-quota`.
         """
         await run_in_threadpool(self._store.expect_scan, actor, case_id)
         writer = await run_in_threadpool(self._files.writer, case_id, "scan")
         try:
-            sealed = await _fill(writer, only_samples(chunks) if actor.is_sandbox else chunks)
+            sealed = await self._fill(actor, writer, only_samples(chunks) if actor.is_sandbox else chunks)
             case, job = await run_in_threadpool(self._store.receive_scan, actor, case_id, sealed, unit)
         except BaseException:
             await run_in_threadpool(writer.abort)
@@ -83,6 +87,18 @@ class CaseActions:
         await run_in_threadpool(self._uploads.end, actor, upload.id)
         await run_in_threadpool(self._engine.submit, job.id)
         return case
+
+    async def _fill(self, actor: Actor, writer: SealedWriter, chunks: AsyncIterator[bytes]) -> Sealed:
+        charged = 0
+        async for chunk in chunks:
+            await run_in_threadpool(writer.write, chunk)
+            if writer.size - charged >= STEP:
+                await run_in_threadpool(self._quotas.charge, actor, writer.size - charged)
+                charged = writer.size
+        if writer.size == 0:
+            raise Problem("empty-body", "The scan has no bytes. Send the file's content as the body of the call.")
+        await run_in_threadpool(self._quotas.charge, actor, writer.size - charged)
+        return await run_in_threadpool(writer.finish)
 
     def _refuse_others(self, case_id: str, scan: Sealed) -> None:
         seen = hashlib.sha256()
@@ -126,11 +142,3 @@ class CaseActions:
     def receipt(self, actor: Actor, case_id: str) -> Receipt | None:
         """Of the case's deletion; None while it is not deleted."""
         return self._privacy.receipt(actor, case_id)
-
-
-async def _fill(writer: SealedWriter, chunks: AsyncIterator[bytes]) -> Sealed:
-    async for chunk in chunks:
-        await run_in_threadpool(writer.write, chunk)
-    if writer.size == 0:
-        raise Problem("empty-body", "The scan has no bytes. Send the file's content as the body of the call.")
-    return await run_in_threadpool(writer.finish)

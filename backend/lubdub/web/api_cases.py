@@ -90,7 +90,7 @@ def read_case(case_id: CaseId, actor: ReaderDep, store: StoreDep) -> CaseOut:
 @router.put(
     "/cases/{case_id}/scan",
     status_code=202,
-    responses=problems("too-large", "state-conflict", "empty-body", "invalid-input", *REFUSED_SCAN),
+    responses=problems("too-large", "upload-quota", "state-conflict", "empty-body", "invalid-input", *REFUSED_SCAN),
     openapi_extra={
         "requestBody": {
             "required": True,

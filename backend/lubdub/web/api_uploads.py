@@ -16,7 +16,7 @@ from lubdub.cases.uploads import Upload, Uploads
 from lubdub.cases.values import Actor
 from lubdub.web.actions import UnitName
 from lubdub.web.api_cases import REFUSED_SCAN, USUAL
-from lubdub.web.deps import BEARER, ActionsDep, ReaderDep, SettingsDep, StoreDep, UploadsDep, WriterDep
+from lubdub.web.deps import BEARER, ActionsDep, QuotasDep, ReaderDep, SettingsDep, StoreDep, UploadsDep, WriterDep
 from lubdub.web.limits import MEGABYTE
 from lubdub.web.problems import Problem
 from lubdub.web.schemas import problems
@@ -64,13 +64,14 @@ def read_upload_options(settings: SettingsDep) -> Response:
     "/uploads",
     status_code=201,
     dependencies=SPOKEN,
-    responses=problems("case-not-found", "state-conflict", "tus-version"),
+    responses=problems("case-not-found", "state-conflict", "tus-version", "upload-quota"),
 )
 def begin_upload(
     actor: WriterDep,
     store: StoreDep,
     uploads: UploadsDep,
     settings: SettingsDep,
+    quotas: QuotasDep,
     length: UploadLength,
     metadata: UploadMetadata,
 ) -> Response:
@@ -84,6 +85,7 @@ def begin_upload(
     if unit is not None and unit not in get_args(UnitName):
         raise Problem("bad-request", "The unit in Upload-Metadata must be m, cm or mm.")
     store.expect_scan(actor, said["case"])
+    quotas.charge(actor, length)
     upload = uploads.begin(actor, said["case"], length, unit)
     return Response(status_code=201, headers={"Location": f"/api/v1/uploads/{upload.id}", **_standing(upload)})
 

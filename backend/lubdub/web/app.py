@@ -89,7 +89,7 @@ def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
     else:
         _install_all(app)
     app.add_middleware(GZipMiddleware, minimum_size=500, compresslevel=6)
-    app.add_middleware(RateLimit, settings=settings)
+    app.add_middleware(RateLimit, settings=settings, rates=lambda: app.state.services.rates)
     app.add_middleware(BodyLimit, settings=settings)
     app.add_middleware(Envelope, is_https=settings.is_https)
     return app

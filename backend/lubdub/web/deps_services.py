@@ -22,6 +22,7 @@ from lubdub.cases.worklist import Worklist
 from lubdub.jobs.engine import JobEngine
 from lubdub.settings import Settings
 from lubdub.web.actions import CaseActions
+from lubdub.web.quotas import UploadQuotas
 from lubdub.web.services import Services
 
 
@@ -70,6 +71,10 @@ def _uploads(held: ServicesDep) -> Uploads:
     return held.uploads
 
 
+def _quotas(held: ServicesDep) -> UploadQuotas:
+    return held.quotas
+
+
 def _links(held: ServicesDep) -> Links:
     return held.links
 
@@ -102,6 +107,7 @@ EmbeddingDep = Annotated[Embedding, Depends(_embedding)]
 WebhooksDep = Annotated[Webhooks, Depends(_webhooks)]
 StaffDep = Annotated[Staff, Depends(_staff)]
 UploadsDep = Annotated[Uploads, Depends(_uploads)]
+QuotasDep = Annotated[UploadQuotas, Depends(_quotas)]
 LinksDep = Annotated[Links, Depends(_links)]
 SettingsDep = Annotated[Settings, Depends(_settings)]
 StoreDep = Annotated[CaseStore, Depends(_store)]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
-import threading
-import time
-from collections import OrderedDict
+from collections.abc import Callable
 
+from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import MutableHeaders
 from starlette.formparsers import MultiPartParser
 from starlette.requests import HTTPConnection, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from lubdub.cases.rates import Budget, Rates, Taken
 from lubdub.settings import Settings
-from lubdub.web.guard import cookie_name
+from lubdub.web.guard import cookie_names, desk_cookie_name
 from lubdub.web.problems import Problem, answer_error
 
 MEGABYTE = 1_000_000
@@ -22,7 +21,9 @@ FORM_BYTES = 20 * MEGABYTE
 """A page's form, with a small scan in it for browsers without scripts; larger scans are streamed by REST."""
 JSON_BYTES = MEGABYTE
 UPLOADS = "/api/v1/uploads"
-CALLERS_REMEMBERED = 10_000
+MINUTE_S = 60.0
+UNCOUNTED = ("/static/", "/livez", "/readyz")
+TRY_AGAIN_LATER = 1013
 
 MultiPartParser.spool_max_size = FORM_BYTES + MEGABYTE
 """A form's file stays in memory: nothing plain is written to a temporary folder."""
@@ -85,59 +86,52 @@ def _telling(headers: dict[str, str], send: Send) -> Send:
 
 
 class RateLimit:
-    """A bucket of calls per caller (key, session or address), refilled steadily. In memory, per process.
+    """Calls are counted per caller (key, session or address), and per address whatever it shows.
 
-    Programs are told how full it is, as the IETF's draft on rate limit headers has it.
+    Programs are told how much is left, as the IETF's draft on rate limit headers has it. Sockets are counted too: a
+    page whose session ended dials again and again.
     """
 
-    def __init__(self, app: ASGIApp, settings: Settings) -> None:
-        """Around app."""
+    def __init__(self, app: ASGIApp, settings: Settings, rates: Callable[[], Rates]) -> None:
+        """Around app. rates: where calls are counted, asked for at each call."""
         self._app = app
-        self._cookie = cookie_name(settings)
+        self._rates = rates
+        self._cookies = (*cookie_names(settings), desk_cookie_name(settings))
         self._capacity = settings.requests_per_minute
-        self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()
-        self._lock = threading.Lock()
+        self._capacity_of_address = settings.requests_per_minute_of_address
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One call."""
-        if scope["type"] == "http" and not scope["path"].startswith(("/static/", "/livez")):
-            left, wait = self._take(self._caller(HTTPConnection(scope)), time.monotonic())
-            told = self._told(left)
-            if wait > 0:
-                told["Retry-After"] = str(math.ceil(wait))
-                return await _answer(Problem("too-many-requests", "Please wait a little.", told), scope, receive, send)
-            if scope["path"].startswith("/api/"):
-                return await self._app(scope, receive, _telling(told, send))
+        if scope["type"] == "lifespan" or scope["path"].startswith(UNCOUNTED):
+            return await self._app(scope, receive, send)
+        taken = await run_in_threadpool(self._rates().take, self._budgets(HTTPConnection(scope)))
+        told = self._told(taken)
+        if taken.wait_s > 0:
+            if scope["type"] == "websocket":
+                return await send({"type": "websocket.close", "code": TRY_AGAIN_LATER})
+            told["Retry-After"] = str(math.ceil(taken.wait_s))
+            return await _answer(Problem("too-many-requests", "Please wait a little.", told), scope, receive, send)
+        if scope["path"].startswith("/api/"):
+            return await self._app(scope, receive, _telling(told, send))
         return await self._app(scope, receive, send)
 
-    def _told(self, left: float) -> dict[str, str]:
+    def _told(self, taken: Taken) -> dict[str, str]:
         """How many calls are left, and in how many seconds all of them are back."""
-        until_full = math.ceil((self._capacity - left) * 60 / self._capacity)
+        until_full = math.ceil((self._capacity - min(self._capacity, taken.left)) * 60 / self._capacity)
         return {
             "RateLimit-Policy": f"{self._capacity};w=60",
             "RateLimit-Limit": str(self._capacity),
-            "RateLimit-Remaining": str(int(left)),
+            "RateLimit-Remaining": str(int(min(self._capacity, taken.left))),
             "RateLimit-Reset": str(until_full),
         }
 
-    def _caller(self, connection: HTTPConnection) -> str:
-        said = connection.headers.get("authorization") or connection.cookies.get(self._cookie)
-        if said is not None:
-            return hashlib.sha256(said.encode()).hexdigest()
-        return connection.client.host if connection.client else "unknown"
-
-    def _take(self, caller: str, moment: float) -> tuple[float, float]:
-        """Take one call out of the caller's bucket; calls left, and seconds to wait when it is empty."""
-        per_second = self._capacity / 60
-        with self._lock:
-            left, since = self._buckets.pop(caller, (float(self._capacity), moment))
-            left = min(self._capacity, left + (moment - since) * per_second)
-            if left >= 1:
-                left -= 1
-                wait = 0.0
-            else:
-                wait = (1 - left) / per_second
-            self._buckets[caller] = (left, moment)
-            if len(self._buckets) > CALLERS_REMEMBERED:
-                self._buckets.popitem(last=False)
-        return left, wait
+    def _budgets(self, connection: HTTPConnection) -> list[Budget]:
+        """A token made up for each call gives nobody a bucket more: the address is counted as well."""
+        address = connection.client.host if connection.client else "unknown"
+        shown = connection.headers.get("authorization") or next(
+            (connection.cookies[name] for name in self._cookies if name in connection.cookies), None
+        )
+        if shown is None:
+            return [Budget(f"nobody at {address}", self._capacity, MINUTE_S)]
+        of_address = Budget(f"all at {address}", self._capacity_of_address, MINUTE_S)
+        return [Budget(f"caller {shown}", self._capacity, MINUTE_S), of_address]

@@ -57,6 +57,7 @@ PROBLEMS: dict[str, ProblemKind] = {
     "idempotency-mismatch": ProblemKind(422, "The idempotency key was used with another call"),
     "bad-request": ProblemKind(400, "The request cannot be understood"),
     "too-many-requests": ProblemKind(429, "Too many calls in a short time"),
+    "upload-quota": ProblemKind(429, "No more scans are taken from here today"),
     "not-ready": ProblemKind(503, "The service is not ready"),
     "internal": ProblemKind(500, "Something went wrong inside"),
 }

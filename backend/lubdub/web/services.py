@@ -15,6 +15,7 @@ from lubdub.cases.listing import CaseList
 from lubdub.cases.opening import open_cases
 from lubdub.cases.people import People
 from lubdub.cases.privacy import Privacy
+from lubdub.cases.rates import CarefulRates, open_rates
 from lubdub.cases.review import Reviews
 from lubdub.cases.sharing import Sharing
 from lubdub.cases.staff import Staff, Times, open_staff
@@ -26,6 +27,7 @@ from lubdub.cases.worklist import Worklist
 from lubdub.jobs.engine import DbosEngine, JobEngine
 from lubdub.settings import Settings
 from lubdub.web.actions import CaseActions
+from lubdub.web.quotas import UploadQuotas
 
 
 @dataclass(frozen=True)
@@ -52,10 +54,13 @@ class Services:
     desk: WorkDesk
     engine: JobEngine
     actions: CaseActions
+    rates: CarefulRates
+    quotas: UploadQuotas
 
     def close(self) -> None:
         """Give the connections back."""
         self.engine.close()
+        self.rates.close()
         self.database.close()
 
 
@@ -71,6 +76,8 @@ def open_services(settings: Settings) -> Services:
     uploads = Uploads(database, files)
     reviews = Reviews(database, files)
     people = People(database)
+    rates = open_rates(settings.database, settings.data_dir)
+    quotas = UploadQuotas(rates, settings)
     return Services(
         settings=settings,
         database=database,
@@ -91,7 +98,9 @@ def open_services(settings: Settings) -> Services:
         privacy=privacy,
         desk=WorkDesk(database, files),
         engine=engine,
-        actions=CaseActions(store, files, uploads, privacy, reviews, engine),
+        actions=CaseActions(store, files, uploads, privacy, reviews, engine, quotas),
+        rates=rates,
+        quotas=quotas,
     )
 
 
