@@ -35,7 +35,7 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535, description="TCP port of the web server.")
     behind_tls_proxy: bool = Field(default=False, description="True when a proxy in front of the server speaks HTTPS.")
     trusted_proxies: str = Field(
-        default="127.0.0.1",
+        default="127.0.0.1,::1",
         description="Addresses or networks, with commas between, of the proxies whose word counts on who is calling.",
     )
     public_url: str = Field(

@@ -28,6 +28,7 @@ from lubdub.web import (
 )
 from lubdub.web.documented import document_problems
 from lubdub.web.envelope import Envelope
+from lubdub.web.hosts import KnownHosts
 from lubdub.web.limits import BodyLimit, RateLimit
 from lubdub.web.problems import install_problems
 from lubdub.web.services import open_services
@@ -91,6 +92,7 @@ def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
     app.add_middleware(GZipMiddleware, minimum_size=500, compresslevel=6)
     app.add_middleware(RateLimit, settings=settings, rates=lambda: app.state.services.rates)
     app.add_middleware(BodyLimit, settings=settings)
+    app.add_middleware(KnownHosts, settings=settings)
     app.add_middleware(Envelope, is_https=settings.is_https)
     return app
 

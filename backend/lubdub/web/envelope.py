@@ -36,6 +36,7 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
+REST = "/api/v1"
 CLIENT_LEFT = 499
 """Logged, not sent: nobody is there to read it."""
 
@@ -88,6 +89,13 @@ class Envelope:
             await response(scope, receive, dressed)
         finally:
             milliseconds = round((time.monotonic() - started) * 1000)
-            route = getattr(scope.get("route"), "path", "unknown")
-            log.info("answered", method=scope["method"], route=route, status=status, milliseconds=milliseconds)
+            log.info(
+                "answered", method=scope["method"], route=route_of(scope), status=status, milliseconds=milliseconds
+            )
             structlog.contextvars.clear_contextvars()
+
+
+def route_of(scope: Scope) -> str:
+    """The path with its holes, such as /cases/{case_id}: what was in them is told to nobody."""
+    path = str(getattr(scope.get("route"), "path", "unknown"))
+    return f"{REST}{path}" if scope["path"].startswith(f"{REST}/") and not path.startswith(REST) else path

@@ -51,7 +51,10 @@ class BodyLimit:
         if scope["type"] != "http":
             return await self._app(scope, receive, send)
         allowed = allowed_bytes(scope, self._settings)
-        announced = HTTPConnection(scope).headers.get("content-length", "0")
+        headers = HTTPConnection(scope).headers
+        if "transfer-encoding" in headers and "content-length" in headers:
+            return await _answer(_two_ends(), scope, receive, send)
+        announced = headers.get("content-length", "0")
         if not announced.isdecimal() or int(announced) > allowed:
             return await _answer(_too_large(allowed), scope, receive, send)
         taken = 0
@@ -70,6 +73,11 @@ class BodyLimit:
 async def _answer(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
     response = await answer_error(Request(scope), problem)
     await response(scope, receive, send)
+
+
+def _two_ends() -> Problem:
+    """A proxy in front may have gone by the length: what follows on the line may be somebody else's (RFC 9112, 6.1)."""
+    return Problem("bad-request", "Say the body's length in one way, not in two.", {"Connection": "close"})
 
 
 def _too_large(allowed: int) -> Problem:

@@ -58,6 +58,7 @@ PROBLEMS: dict[str, ProblemKind] = {
     "bad-request": ProblemKind(400, "The request cannot be understood"),
     "too-many-requests": ProblemKind(429, "Too many calls in a short time"),
     "upload-quota": ProblemKind(429, "No more scans are taken from here today"),
+    "unknown-host": ProblemKind(421, "This service does not go by that name"),
     "not-ready": ProblemKind(503, "The service is not ready"),
     "internal": ProblemKind(500, "Something went wrong inside"),
 }
