@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 
@@ -26,7 +27,7 @@ from tests.web.test_uploads import begin, path_of
 
 LIMITS = {
     "max_upload_mb": 2,
-    "requests_per_minute": 40,
+    "requests_per_minute": 8,
     "requests_per_minute_of_address": 200,
     "tenant_mb_per_day": 5,
     "family_mb_per_day": 3,
@@ -97,10 +98,12 @@ def pair(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 def test_two_web_processes_count_calls_together(pair: list[Service]) -> None:
     token = pair[0].portal("counted").http.headers["authorization"]
+    began = time.monotonic()
     with httpx.Client(headers={"Authorization": token}, timeout=30) as http:
-        answers = [http.get(f"{pair[number % 2].settings.address}/api/v1/cases") for number in range(50)]
+        answers = [http.get(f"{pair[number % 2].settings.address}/api/v1/cases") for number in range(24)]
+    came_back = (time.monotonic() - began) * 8 / 60
     served = [one for one in answers if one.status_code == 200]
-    assert 40 <= len(served) <= 45, "a few come back while the calls are made"
+    assert 8 <= len(served) <= 9 + came_back
     refused = next(one for one in answers if one.status_code == 429)
     problem(refused, "too-many-requests")
     assert int(refused.headers["retry-after"]) >= 1
@@ -124,7 +127,7 @@ def test_a_socket_that_dials_again_and_again_is_slowed_down(pair: list[Service])
 
     async def statuses() -> list[int]:
         seen = []
-        for _ in range(50):
+        for _ in range(12):
             try:
                 async with websockets.connect(
                     address.replace("http", "ws") + "/view/none",
@@ -136,5 +139,6 @@ def test_a_socket_that_dials_again_and_again_is_slowed_down(pair: list[Service])
                 seen.append(refused.response.status_code)
         return seen
 
-    assert asyncio.run(statuses()) == [403] * 50
-    assert httpx.get(f"{address}/", cookies={"lubdub": "ended"}).status_code == 429
+    assert asyncio.run(statuses()) == [403] * 12
+    pages = [httpx.get(f"{address}/", cookies={"lubdub": "ended"}).status_code for _ in range(4)]
+    assert 429 in pages
