@@ -1,4 +1,4 @@
-"""The steps that join two rooms: what an unmarked scan's second look may do."""
+"""The steps that join two rooms: how sure the lie of an unmarked scan must be, and what its second look may do."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from lubdub import stages
-from lubdub.fitting.misfit import misfit_mm
+from lubdub.fitting.pose import find_pose
 from lubdub.fitting.shape import Pose, Target
+from lubdub.fitting.starts import ended
 from lubdub.geometry.frames import Similarity
 from lubdub.library.load import load_library
 from lubdub.methods import Chest
@@ -42,7 +43,9 @@ def shifted(laid: stages.Laid, mm: float, size: float = 1.0) -> stages.Laid:
 
 def left_unexplained_mm(chest: Chest, library: Library) -> float:
     assert chest.pose is not None
-    return misfit_mm(chest.pose, library.basis, Target.of(chest.scan), stages.SETTINGS.misfit_limit_mm)
+    assert chest.fit is not None
+    expected = stages.expected_sternum(MAN)
+    return ended(chest.pose, chest.fit, library.basis, Target.of(chest.scan), expected).misfit_mm
 
 
 @pytest.mark.parametrize("mm", [-60.0, 0.0, 60.0])
@@ -63,3 +66,17 @@ def test_a_fit_that_stuck_below_the_bodys_size_is_freed_by_the_second_look(
     monkeypatch.setattr(stages, "_second_look", lambda chest, basis: chest)
     stuck = stages.understand(small, MAN, "lubdub", library)
     assert left_unexplained_mm(looked, library) < 0.7 * left_unexplained_mm(stuck, library)
+
+
+@pytest.mark.parametrize(("years", "is_laid"), [(40.0, True), (2.0, False)])
+def test_which_way_up_a_small_child_lies_must_be_clearer_than_for_others(
+    library: Library, monkeypatch: pytest.MonkeyPatch, years: float, is_laid: bool
+) -> None:
+    ready = prepare(read_scan(bodies.write_ply(bodies.hide_side(bodies.torso_scan()).surface)), None, {})
+    found = replace(find_pose(ready.scan, library.basis), margin=0.2)
+    monkeypatch.setattr(stages, "find_pose", lambda *_, **__: found)
+    if is_laid:
+        assert stages.lay_down(ready.scan, {}, library.basis, Patient(years)).given == {}
+    else:
+        with pytest.raises(stages.LieUnclear):
+            stages.lay_down(ready.scan, {}, library.basis, Patient(years))

@@ -11,14 +11,13 @@ from lubdub.areas.anatomy import age_from_sternum, sternum_length_mm, still_high
 from lubdub.areas.project import Skin, snap_to_file
 from lubdub.areas.rule import region_radius_mm, sigma_on_skin
 from lubdub.areas.words import instruction
-from lubdub.fitting.misfit import misfit_mm
 from lubdub.fitting.pose import find_pose
 from lubdub.fitting.refine import refine
-from lubdub.fitting.shape import Pose, Pull, ShapeFitSettings, Span, Target, carried, fit_shape, start_pose
+from lubdub.fitting.shape import Pose, Pull, ShapeFitSettings, Span, Target, carried, fit_shape
+from lubdub.fitting.starts import End, best_end, ended, sized_starts, start_from
 from lubdub.geometry.frames import Similarity, body_axes
 from lubdub.geometry.neighbours import SurfaceFinder
 from lubdub.geometry.raycast import SkinCaster
-from lubdub.geometry.surface import carry
 from lubdub.geometry.whereabouts import whereabouts
 from lubdub.judging import reasons
 from lubdub.judging.measures import chest_coverage, chest_rise
@@ -69,17 +68,14 @@ class StageSettings:
     came from 7.6 mm off to 6.4 (95 in 100 from 20 to 12), those of men and children hardly."""
     sternum_share: float = 0.16
     """How far a breastbone is from what age and sex let one expect: 8 % between people, and a stature unknown."""
-    start_larger: float = 1.4
-    """With nipples and navel alone the notch of simulated people was 17, 14, 10 and 11 mm off (root mean square) from
-    1.15, 1.3, 1.4 and 1.5; of a real woman from CT 6, 1, 1 and 4 mm."""
     pose_margin: float = 0.12
-    """By how much the best turn must beat every other: of 100 simulated people lying anyhow, those taken the wrong way
-    up had 0 to 0.09, the others 0.10 and more."""
+    """By how much the best turn must beat every other: of 180 simulated people lying anyhow, those taken the wrong way
+    up had 0 to 0.09, the others 0.10 and more; but for small children,"""
+    small_pose_margin: float = 0.3
+    """whose belly is as round as their chest: one of 18 lay the wrong way up with 0.24; 3 of 18 are asked instead."""
+    small_years: float = 4.0
     pose_misfit_mm: float = 34.0
     """For a body as large as the basis' mean; good scans leave 9-30, babies' most; wrong ends 35, a belly 50."""
-    misfit_limit_mm: float = 10.0
-    """As where the turn is found. With the second look the areas of 58 unmarked simulated people came from 13.8 mm off
-    to 13.5, those of a modelled woman of another origin from 19 to 10."""
 
 
 SETTINGS = StageSettings()
@@ -122,30 +118,26 @@ def lay_down(
     if can_frame(clicked):
         move = frame_from_landmarks(clicked, scan.points, scan.normals)
         given = {name: move.apply(place) for name, place in clicked.items()}
-        return Laid(scan.moved(move), given, _start_from(given, basis), by_sticker)
-    found = find_pose(scan, basis, sternum=_expected_sternum(patient))
+        return Laid(scan.moved(move), given, start_from(given, basis), by_sticker)
+    found = find_pose(scan, basis, sternum=expected_sternum(patient))
     rotation = found.pose.body_from_basis.rotation.T
     move = Similarity(1.0, rotation, -rotation @ found.fit.landmarks["suprasternal_notch"])
     if found.misfit_mm > SETTINGS.pose_misfit_mm * found.pose.body_from_basis.scale:
         raise LieUnclear(reasons.FIT_FAILED, move)
-    if found.margin < SETTINGS.pose_margin:
+    if found.margin < _margin_needed(patient, found.fit):
         raise LieUnclear(reasons.ORIENTATION_UNKNOWN, move)
     start = Pose(move.after(found.pose.body_from_basis), found.pose.coefficients)
     return Laid(scan.moved(move), {name: move.apply(place) for name, place in clicked.items()}, start, by_sticker)
 
 
-def _start_from(given: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> Pose:
-    """The mean body, upright in the body frame, sized and placed by the given landmarks."""
-    everywhere = carry(basis.landmark_weights, basis.landmark_corners, basis.mean)
-    rows = [LANDMARK_NAMES.index(name) for name in given]
-    source, target = everywhere[rows], np.array(list(given.values()))
-    scale = float(np.std(target[:, 1]) / np.std(source[:, 1]))
-    return start_pose(Similarity(scale, np.eye(3), target.mean(0) - scale * source.mean(0)), basis)
+def _margin_needed(patient: Patient, fit: Fit) -> float:
+    small = _age(patient, {}, fit) < SETTINGS.small_years
+    return SETTINGS.small_pose_margin if small else SETTINGS.pose_margin
 
 
 def check(laid: Laid, patient: Patient) -> tuple[Reason, ...]:
     """Whether the given landmarks can belong to one body of this age. Raises ScanRefused when not."""
-    expected = _expected_sternum(patient)
+    expected = expected_sternum(patient)
     return check_landmarks(laid.scan, laid.given, expected.length_mm if expected else None)
 
 
@@ -156,12 +148,14 @@ def understand(laid: Laid, patient: Patient, method: MethodName, library: Librar
         return Chest(laid.scan, given, patient, _age(patient, given, None))
     # Bone clicks do not pull the body: skin and clicks are then two witnesses who have not heard each other.
     seen = {name: place for name, place in laid.given.items() if name not in BONE_LANDMARKS}
-    pulls, start, sternum = _pulls(seen, patient), _from_above(laid.start, seen), _expected_sternum(patient)
-    pose, fit = fit_shape(Target.of(laid.scan), pulls, library.basis, start, sternum=sternum)
-    chest = _straightened(Chest(laid.scan, given, patient, _age(patient, given, fit)), pose, fit, laid.given)
+    target, sternum, starts = Target.of(laid.scan), expected_sternum(patient), [laid.start]
+    if seen and not all(name in laid.given for name in BONE_LANDMARKS):
+        starts = _sized(laid.start, seen, library.basis, sternum)
+    end = best_end(target, _pulls(seen, patient), library.basis, starts, sternum)
+    chest = _straightened(Chest(laid.scan, given, patient, _age(patient, given, end.fit)), end, laid.given)
     if len(given) == len(LANDMARK_NAMES):
         return chest
-    suggested = suggest(chest.scan, chest.fit or fit, library.basis.data_weight, library.signs)
+    suggested = suggest(chest.scan, chest.fit or end.fit, library.basis.data_weight, library.signs)
     chest = replace(chest, landmarks={**suggested, **chest.landmarks})
     return chest if given else _second_look(chest, library.basis)
 
@@ -171,7 +165,7 @@ def _second_look(chest: Chest, basis: ShapeBasis) -> Chest:
 
     A fit slides along smooth skin with friction, and the turn that was found may be far from the right size and place.
     """
-    if chest.pose is None:
+    if chest.pose is None or chest.fit is None:
         return chest
     target, seen = Target.of(chest.scan), {n: mark for n, mark in chest.landmarks.items() if n not in BONE_LANDMARKS}
     places = {name: mark.position for name, mark in seen.items()}
@@ -179,29 +173,20 @@ def _second_look(chest: Chest, basis: ShapeBasis) -> Chest:
         name: Pull(pull.position, float(np.hypot(pull.sigma_mm, seen[name].uncertainty_mm)))
         for name, pull in _pulls(places, chest.patient).items()
     }
-    start, sternum = _from_above(_start_from(places, basis), places), _expected_sternum(chest.patient)
-    pose, fit = fit_shape(target, pulls, basis, start, sternum=sternum)
-    limit = SETTINGS.misfit_limit_mm
-    if misfit_mm(pose, basis, target, limit) >= misfit_mm(chest.pose, basis, target, limit):
+    sternum = expected_sternum(chest.patient)
+    end = best_end(target, pulls, basis, _sized(start_from(places, basis), places, basis, sternum), sternum)
+    if end.misfit_mm >= ended(chest.pose, chest.fit, basis, target, sternum).misfit_mm:
         return chest
-    landmarks = {**chest.landmarks, **suggest_bones(chest.scan, fit)}
-    return _straightened(replace(chest, landmarks=landmarks), pose, fit, {})
+    return _straightened(replace(chest, landmarks={**chest.landmarks, **suggest_bones(chest.scan, end.fit)}), end, {})
 
 
-def _from_above(start: Pose, seen: Mapping[LandmarkName, np.ndarray]) -> Pose:
-    """A larger start about the middle of the landmarks seen on the skin; as it is without any.
-
-    A fit slides along smooth skin with friction: from below it stays too small and misses neck and shoulders.
-    """
-    if not seen:
-        return start
-    middle = np.mean(list(seen.values()), axis=0)
-    old, size = start.body_from_basis, SETTINGS.start_larger
-    grown = Similarity(size * old.scale, old.rotation, middle + size * (old.translation - middle))
-    return Pose(grown, start.coefficients)
+def _sized(start: Pose, seen: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis, sternum: Span | None) -> list[Pose]:
+    """Starts of several sizes about the middle of the landmarks seen on the skin."""
+    return sized_starts(start, np.mean(list(seen.values()), axis=0), basis, sternum)
 
 
-def _expected_sternum(patient: Patient) -> Span | None:
+def expected_sternum(patient: Patient) -> Span | None:
+    """How long the breastbone of such a person usually is; None when the age was not said."""
     if patient.age_years is None:
         return None
     length = sternum_length_mm(patient.age_years, patient.sex)
@@ -216,7 +201,7 @@ def with_overlay(chest: Chest, method: MethodName, library: Library) -> Chest:
     pulls = {name: Pull(mark.position, mark.uncertainty_mm) for name, mark in marked.items()}
     target, body = Target.of(chest.scan), chest.fit
     if pulls:
-        sternum = _expected_sternum(chest.patient)
+        sternum = expected_sternum(chest.patient)
         _, body = fit_shape(target, pulls, library.basis, chest.pose, SETTINGS.to_clicks, sternum)
     overlay = refine(body, target, pulls, library.basis)
     areas = carried(overlay.surface, library.basis, still_high(chest.age_years)).areas
@@ -236,14 +221,14 @@ def _pulls(seen: Mapping[LandmarkName, np.ndarray], patient: Patient) -> dict[La
     return {name: Pull(place, SETTINGS.navel_pull_mm if name == "navel" else nipple) for name, place in seen.items()}
 
 
-def _straightened(chest: Chest, pose: Pose, fit: Fit, given: Mapping[LandmarkName, np.ndarray]) -> Chest:
+def _straightened(chest: Chest, end: End, given: Mapping[LandmarkName, np.ndarray]) -> Chest:
     """The chest with its fit, moved so that the fitted front is on +z, the clicked long axis over +y, the notch at 0.
 
     The chest slopes against the bed, so the line through the landmarks says where the head is in the frontal
     plane, but not how that plane lies: the fitted body does.
     """
-    best = {**fit.landmarks, **given}
-    front = pose.body_from_basis.rotation[:, 2]
+    best = {**end.fit.landmarks, **given}
+    front = end.pose.body_from_basis.rotation[:, 2]
     up = long_axis(best)
     rotation = body_axes(up - (up @ front) * front, front)
     move = Similarity(1.0, rotation, -rotation @ best["suprasternal_notch"])
@@ -251,8 +236,8 @@ def _straightened(chest: Chest, pose: Pose, fit: Fit, given: Mapping[LandmarkNam
         chest,
         scan=chest.scan.moved(move),
         landmarks={name: replace(mark, position=move.apply(mark.position)) for name, mark in chest.landmarks.items()},
-        fit=fit.moved(move),
-        pose=Pose(move.after(pose.body_from_basis), pose.coefficients),
+        fit=end.fit.moved(move),
+        pose=Pose(move.after(end.pose.body_from_basis), end.pose.coefficients),
     )
 
 

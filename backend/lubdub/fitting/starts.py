@@ -1,0 +1,87 @@
+"""Where a fit begins when landmarks say where the body lies, and which of its ends to believe.
+
+A fit slides along smooth skin with friction and stays near the size it starts from, and the distances between
+nipples and navel say little of a body's size. So several sizes are tried, and the end that explains the scan best wins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lubdub.fitting.misfit import misfit_mm, unlikely_size
+from lubdub.fitting.shape import Pose, Pull, Span, Target, carried, fit_shape, start_pose, sternum_mm
+from lubdub.geometry.frames import Similarity
+from lubdub.geometry.surface import Surface, carry
+from lubdub.results import LANDMARK_NAMES, Fit, LandmarkName, ShapeBasis
+
+
+@dataclass(frozen=True)
+class StartSettings:
+    """Areas of 80 simulated people with nipples and navel clicked: 15.3 mm off from 1.4 alone, 13.3 from these."""
+
+    sizes: tuple[float, ...] = (1.0, 1.4)
+    """Starts for the body's size, as a multiple of what the landmarks suggest."""
+    expected_sizes: tuple[float, ...] = (1.0, 1.25)
+    """The same as a multiple of what the expected breastbone suggests. From below a fit misses neck and shoulders."""
+    unlikely: float = 0.1
+    """What a breastbone one standard deviation off its expected length costs, as a share of the misfit; squared."""
+    misfit_limit_mm: float = 10.0
+    """As where the turn of an unmarked body is found."""
+
+
+SETTINGS = StartSettings()
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a fit ended. misfit_mm: what it leaves unexplained, more for an unexpected size."""
+
+    pose: Pose
+    fit: Fit
+    misfit_mm: float
+
+
+def start_from(places: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> Pose:
+    """The mean body, upright in the body frame, sized and placed by landmarks, name -> (3,)."""
+    everywhere = carry(basis.landmark_weights, basis.landmark_corners, basis.mean)
+    rows = [LANDMARK_NAMES.index(name) for name in places]
+    source, target = everywhere[rows], np.array(list(places.values()))
+    scale = float(np.std(target[:, 1]) / np.std(source[:, 1]))
+    return start_pose(Similarity(scale, np.eye(3), target.mean(0) - scale * source.mean(0)), basis)
+
+
+def sized_starts(start: Pose, middle: np.ndarray, basis: ShapeBasis, sternum: Span | None) -> list[Pose]:
+    """The same start at several sizes about a fixed point. middle: (3,); sternum: what age and sex let one expect."""
+    suggested = start.body_from_basis.scale
+    scales = [suggested * size for size in SETTINGS.sizes]
+    if sternum is not None:
+        expected = sternum.length_mm / sternum_mm(carried(Surface(basis.mean, basis.triangles), basis))
+        scales += [expected * size for size in SETTINGS.expected_sizes]
+    return [_resized(start, scale / suggested, middle) for scale in scales]
+
+
+def _resized(start: Pose, size: float, middle: np.ndarray) -> Pose:
+    old = start.body_from_basis
+    move = Similarity(size * old.scale, old.rotation, middle + size * (old.translation - middle))
+    return Pose(move, start.coefficients)
+
+
+def best_end(
+    target: Target,
+    pulls: Mapping[LandmarkName, Pull],
+    basis: ShapeBasis,
+    starts: Iterable[Pose],
+    sternum: Span | None = None,
+) -> End:
+    """The end that explains the scan best, of fits from each start (at least one); see `fit_shape`."""
+    ends = [ended(*fit_shape(target, pulls, basis, start, sternum=sternum), basis, target, sternum) for start in starts]
+    return min(ends, key=lambda end: end.misfit_mm)
+
+
+def ended(pose: Pose, fit: Fit, basis: ShapeBasis, target: Target, sternum: Span | None) -> End:
+    """A fit's end with its misfit."""
+    misfit = misfit_mm(pose, basis, target, SETTINGS.misfit_limit_mm)
+    return End(pose, fit, misfit * unlikely_size(fit, sternum, SETTINGS.unlikely))
