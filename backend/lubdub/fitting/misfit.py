@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lubdub.fitting.shape import Pose, Span, Target, body_of
+from lubdub.fitting.shape import Pose, Target, body_of
 from lubdub.geometry.surface import vertex_normals
-from lubdub.results import Fit, ShapeBasis
+from lubdub.results import ShapeBasis
 
 
 def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> float:
@@ -31,8 +31,3 @@ def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> fl
     back = np.sort(np.minimum(cKDTree(vertices).query(target.points[:: max(1, len(target.points) // 3000)])[0], cap))
     oddness = float(np.sqrt(np.mean(pose.coefficients**2)))
     return float(there + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * oddness)
-
-
-def unlikely_size(fit: Fit, sternum: Span | None, cost: float) -> float:
-    """The factor on a misfit for a breastbone unlike the expected one. cost: of one standard deviation; squared."""
-    return 1.0 + cost * sternum.surprise(fit) if sternum else 1.0
