@@ -42,7 +42,7 @@ class Clinic:
 
     def __init__(self, settings: Settings) -> None:
         self.database = Database(settings.database)
-        self.vault = FileVault(self.database, settings.store, settings.master_key)
+        self.vault = FileVault(self.database, settings.store, settings.master_key_source)
         key, _ = People(self.database).create_key("clinic", ["cases:read", "cases:write"])
         self.portal = Actor("key", key.id, key.tenant_id)
         self.sharing = Sharing(self.database)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
 from urllib.parse import urlsplit
@@ -21,6 +22,15 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+@dataclass(frozen=True)
+class MasterKeyNamed:
+    """The key's file, or the key itself as text; and the command that opens what the file holds, if one is needed."""
+
+    file: Path
+    text: str
+    command: str
 
 
 class Settings(BaseSettings):
@@ -52,7 +62,18 @@ class Settings(BaseSettings):
         description="Where sealed files go: a file:// URL, or s3://KEY:SECRET@bucket?endpoint=https://...&region=...; "
         "empty: a folder in data_dir.",
     )
-    master_key_file: Path | None = Field(default=None, description="File of the master key; made at first start.")
+    master_key_file: Path | None = Field(
+        default=None, description="File of the master key; made at first start. Empty: master.key in data_dir."
+    )
+    master_key: SecretStr = Field(
+        default=SecretStr(""),
+        description="The master key itself, 32 bytes in base64, instead of a file; after a comma, older ones.",
+    )
+    master_key_command: str = Field(
+        default="",
+        description="Command of a key service that wraps and unwraps what master_key_file holds. It is called with "
+        "`wrap` or `unwrap` as last word and gets and gives base64 on standard input and output.",
+    )
     references_dir: Path | None = Field(
         default=None,
         description="Folder of reference bodies and of what clinicians mark on them; empty: a folder in data_dir, and "
@@ -202,9 +223,10 @@ class Settings(BaseSettings):
         return self.store_url or (self.data_dir.resolve() / "files").as_uri()
 
     @property
-    def master_key(self) -> Path:
-        """Path of the master key's file."""
-        return self.master_key_file or self.data_dir / "master.key"
+    def master_key_source(self) -> MasterKeyNamed:
+        """Where the master key comes from."""
+        file = self.master_key_file or self.data_dir / "master.key"
+        return MasterKeyNamed(file, self.master_key.get_secret_value(), self.master_key_command)
 
     @property
     def own_references(self) -> Path:
@@ -220,5 +242,5 @@ class Settings(BaseSettings):
     def to_environment(self) -> dict[str, str]:
         """The same settings as environment variables, for a process started beside this one."""
         told = self.model_dump(mode="json", exclude_none=True)
-        told["oidc_client_secret"] = self.oidc_client_secret.get_secret_value()
+        told |= {name: secret.get_secret_value() for name, secret in self if isinstance(secret, SecretStr)}
         return {f"LUBDUB_{name.upper()}": str(value) for name, value in told.items()}

@@ -7,8 +7,7 @@ import os
 import pytest
 
 from lubdub.cases.errors import CaseNotFound, FileNotFound, SealBroken
-from lubdub.cases.files import FileVault
-from lubdub.cases.sealing import FRAME, MasterKeyUnusable
+from lubdub.cases.sealing import FRAME
 from tests.cases.conftest import Room, girl_of_six
 
 pytestmark = pytest.mark.parametrize("room", ["sqlite"], indirect=True)
@@ -71,15 +70,3 @@ def test_a_stored_file_that_was_touched_or_taken_away_does_not_open(room: Room) 
 def test_the_probe_leaves_nothing_behind(room: Room) -> None:
     room.vault.probe()
     assert stored(room) == []
-
-
-def test_a_master_key_that_was_exchanged_is_noticed(room: Room) -> None:
-    case_of(room)
-    room.vault.check_key()
-    other = room.folder / "other.key"
-    stranger = FileVault(room.database, (room.folder / "files").as_uri(), other)
-    with pytest.raises(SealBroken):
-        stranger.check_key()
-    (room.folder / "master.key").write_bytes(other.read_bytes())
-    with pytest.raises(MasterKeyUnusable):
-        room.vault.check_key()

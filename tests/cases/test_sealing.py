@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -15,8 +13,6 @@ from lubdub.cases.sealing import (
     FRAME,
     TAG,
     FrameSealer,
-    MasterKeyUnusable,
-    load_master_key,
     open_frames,
     unwrap_key,
     wrap_key,
@@ -80,23 +76,3 @@ def test_a_data_key_opens_only_for_its_case_and_under_its_master_key() -> None:
     for master, case in ((b"m" * 32, "other"), (b"n" * 32, CASE)):
         with pytest.raises(SealBroken):
             unwrap_key(master, wrapped, case)
-
-
-def test_the_master_key_is_made_once_for_its_owner_alone(tmp_path: Path) -> None:
-    path = tmp_path / "keys" / "master.key"
-    key = load_master_key(path)
-    assert len(key) == 32
-    assert load_master_key(path) == key
-    assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    assert [found.name for found in path.parent.iterdir()] == ["master.key"]
-
-
-@pytest.mark.parametrize(("content", "mode"), [(b"k" * 32, 0o640), (b"short", 0o600)])
-def test_a_master_key_that_others_can_read_or_that_is_damaged_is_refused(
-    tmp_path: Path, content: bytes, mode: int
-) -> None:
-    path = tmp_path / "master.key"
-    path.write_bytes(content)
-    path.chmod(mode)
-    with pytest.raises(MasterKeyUnusable, match=r"master\.key"):
-        load_master_key(path)

@@ -55,7 +55,7 @@ def desk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Desk]:
     with fresh_database(request.param, tmp_path) as url:
         settings = Settings(data_dir=tmp_path / "data", port=free_port(), database_url=url)
         database = Database(settings.database)
-        vault = FileVault(database, settings.store, settings.master_key)
+        vault = FileVault(database, settings.store, settings.master_key_source)
         family = People(database).open_session(1.0)
         service = Service(settings)
         engine = DbosEngine(settings.jobs_database)

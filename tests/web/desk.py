@@ -30,7 +30,7 @@ PASSWORD = "three plain words"
 def staff_of(settings: Settings) -> Iterator[tuple[Staff, Database]]:
     """The running service's people, from a second process."""
     database = Database(settings.database)
-    vault = FileVault(database, settings.store, settings.master_key)
+    vault = FileVault(database, settings.store, settings.master_key_source)
     try:
         yield open_staff(database, vault, Times()), database
     finally:

@@ -125,7 +125,7 @@ class Family:
     def vault(self) -> FileVault:
         """The service's files, to put results of our own where the stand-in worker left its own."""
         settings = self.service.settings
-        return FileVault(Database(settings.database), settings.store, settings.master_key)
+        return FileVault(Database(settings.database), settings.store, settings.master_key_source)
 
 
 def case_in(url: str) -> str:

@@ -38,7 +38,7 @@ def in_review(service: Service, organisation: str = ORGANISATION, outcome: Outco
 
 def vault_of(service: Service) -> FileVault:
     settings = service.settings
-    return FileVault(Database(settings.database), settings.store, settings.master_key)
+    return FileVault(Database(settings.database), settings.store, settings.master_key_source)
 
 
 def dial(desk: Desk, case: str, window: str, origin: str | None = None) -> Any:

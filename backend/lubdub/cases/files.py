@@ -16,18 +16,11 @@ from sqlalchemy.orm import Session
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import FileNotFound, SealBroken
-from lubdub.cases.models import CaseKeyRow, FileRow
+from lubdub.cases.key_chain import KeyChain
+from lubdub.cases.master_key import NamesMasterKey
+from lubdub.cases.models import FileRow
 from lubdub.cases.object_store import open_store
-from lubdub.cases.sealing import (
-    KEY_BYTES,
-    FrameSealer,
-    MasterKeyUnusable,
-    load_master_key,
-    note_key,
-    open_frames,
-    unwrap_key,
-    wrap_key,
-)
+from lubdub.cases.sealing import FrameSealer, open_frames, unwrap_key, wrap_key
 
 Artefact = Literal[
     "scan",
@@ -65,17 +58,16 @@ class Sealed:
 class FileVault:
     """Every file of every case, sealed. One artefact of a case is one object with a random name."""
 
-    def __init__(self, database: Database, store_url: str, master_key: Path) -> None:
+    def __init__(self, database: Database, store_url: str, master_key: NamesMasterKey | Path) -> None:
         """Over an open database and store. Raises MasterKeyUnusable."""
         self._database = database
-        self._master_file = master_key
-        self._master = load_master_key(master_key)
+        self.keys = KeyChain(database, master_key)
         self._store: ObjectStore = open_store(store_url)
 
     def writer(self, case_id: str, artefact: Artefact) -> SealedWriter:
         """A new file for the case, to be written piece by piece. Raises FileNotFound when the case is deleted."""
         object_key = secrets.token_hex(16)
-        sealer = FrameSealer(self._data_key(case_id), object_key, case_id, artefact)
+        sealer = FrameSealer(self.keys.case_key(case_id), object_key, case_id, artefact)
         return SealedWriter(self._store, case_id, object_key, sealer)
 
     def seal(self, case_id: str, artefact: Artefact, data: bytes) -> Sealed:
@@ -126,7 +118,7 @@ class FileVault:
             return row.object_key
 
     def _stream(self, case_id: str, artefact: Artefact, object_key: str) -> Iterator[bytes]:
-        data_key = self._data_key(case_id)
+        data_key = self.keys.case_key(case_id)
         try:
             found = obstore.get(self._store, _place(case_id, object_key))
         except FileNotFoundError as error:
@@ -151,22 +143,16 @@ class FileVault:
 
     def probe(self) -> None:
         """Write, read and delete one object under a throw-away key. Raises what the store or the key raises."""
-        place, key = f"probe/{secrets.token_hex(8)}", secrets.token_bytes(KEY_BYTES)
-        wrapped = wrap_key(self._master, key, place)
-        obstore.put(self._store, place, wrapped)
+        place = f"probe/{secrets.token_hex(8)}"
+        obstore.put(self._store, place, self.sealed_note(place, place.encode()))
         try:
-            unwrap_key(self._master, bytes(obstore.get(self._store, place).bytes()), place)
+            self.unsealed_note(place, bytes(obstore.get(self._store, place).bytes()))
         finally:
             self._remove(place)
 
     def check_key(self) -> None:
-        """Whether the master key is still on disk and opens what is stored. Raises MasterKeyUnusable, SealBroken."""
-        if load_master_key(self._master_file) != self._master:
-            raise MasterKeyUnusable("The master key's file was exchanged while the service runs. Put it back.")
-        with self._database.reading() as session:
-            newest = session.scalar(sa.select(CaseKeyRow).order_by(CaseKeyRow.created_at.desc()).limit(1))
-            if newest is not None:
-                unwrap_key(self._master, newest.wrapped_key, newest.case_id)
+        """Whether the master key is still there and opens what is stored. Raises MasterKeyUnusable."""
+        self.keys.check()
 
     def _remove(self, place: str) -> None:
         try:
@@ -174,25 +160,17 @@ class FileVault:
         except FileNotFoundError:
             return  # gone already: a deletion may be repeated
 
-    def _data_key(self, case_id: str) -> bytes:
-        with self._database.reading() as session:
-            row = session.get(CaseKeyRow, case_id)
-            wrapped = None if row is None else row.wrapped_key
-        if wrapped is None:
-            raise FileNotFound("the case's key is destroyed")
-        return unwrap_key(self._master, wrapped, case_id)
-
     def sealed_note(self, about: str, note: bytes) -> bytes:
         """A few bytes that belong to no case, sealed for the database. about: what they are, and whose."""
-        return wrap_key(note_key(self._master), note, about)
+        return wrap_key(self.keys.notes, note, about)
 
     def unsealed_note(self, about: str, sealed: bytes) -> bytes:
         """The bytes back. Raises SealBroken when they were changed or belong elsewhere."""
-        return unwrap_key(note_key(self._master), sealed, about)
+        return unwrap_key(self.keys.notes, sealed, about)
 
     def new_wrapped_key(self, case_id: str) -> bytes:
         """A fresh data key for a new case, sealed under the master key."""
-        return wrap_key(self._master, secrets.token_bytes(KEY_BYTES), case_id)
+        return self.keys.new_case_key(case_id)
 
 
 class SealedWriter:

@@ -189,6 +189,14 @@ class FileRow(Base):
     created_at: Mapped[datetime]
 
 
+class ServiceKeyRow(Base):
+    """A key of the service's own, sealed under the master key; named by what it seals."""
+
+    __tablename__ = "service_keys"
+    name: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
+    wrapped_key: Mapped[bytes]
+
+
 class UploadRow(Base):
     """A scan on its way in, piece by piece, until `length` bytes are there."""
 

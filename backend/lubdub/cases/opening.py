@@ -9,7 +9,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from lubdub.cases.database import Database
 from lubdub.cases.files import FileVault
-from lubdub.cases.sealing import MasterKeyUnusable
+from lubdub.cases.master_key import MasterKeyUnusable, NamesMasterKey
 
 
 class CannotOpen(Exception):
@@ -26,7 +26,7 @@ def open_database(database_url: str) -> Database:
         raise _not_writable(error) from error
 
 
-def open_cases(database_url: str, store_url: str, master_key: Path) -> tuple[Database, FileVault]:
+def open_cases(database_url: str, store_url: str, master_key: NamesMasterKey | Path) -> tuple[Database, FileVault]:
     """The database and the vault. Raises CannotOpen."""
     database = open_database(database_url)
     try:

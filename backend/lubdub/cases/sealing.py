@@ -8,11 +8,8 @@ counter never meets the same key twice, not even when an artefact is written aga
 
 from __future__ import annotations
 
-import os
 import secrets
-import stat
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 from cryptography.exceptions import InvalidTag
 from cryptography.hazmat.primitives.ciphers.aead import AESGCM
@@ -25,40 +22,6 @@ FRAME = 1 << 20
 TAG = 16
 KEY_BYTES = 32
 NONCE_BYTES = 12
-
-
-class MasterKeyUnusable(Exception):
-    """The master key's file cannot be used. The text is one sentence for the person who runs the service."""
-
-
-def load_master_key(path: Path) -> bytes:
-    """The 256-bit key in path, made with mode 0600 when there is none. Raises MasterKeyUnusable."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if not path.exists():
-        _make_key(path)
-    mode = stat.S_IMODE(path.stat().st_mode)
-    if mode & 0o077:
-        raise MasterKeyUnusable(f"The master key {path.name} can be read by others. Run: chmod 600 on it.")
-    key = path.read_bytes()
-    if len(key) != KEY_BYTES:
-        raise MasterKeyUnusable(f"The master key {path.name} is damaged: it must hold exactly {KEY_BYTES} bytes.")
-    return key
-
-
-def _make_key(path: Path) -> None:
-    """Written whole under another name and then linked, so that two processes starting at once agree on one."""
-    draft = path.with_name(f"{path.name}.{secrets.token_hex(4)}")
-    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "wb") as file:
-        file.write(secrets.token_bytes(KEY_BYTES))
-        file.flush()
-        os.fsync(file.fileno())
-    try:
-        os.link(draft, path)
-    except FileExistsError:
-        return
-    finally:
-        draft.unlink()
 
 
 def wrap_key(master: bytes, data_key: bytes, case_id: str) -> bytes:

@@ -102,7 +102,7 @@ def _signed_body(case_id: str) -> Any:
     from lubdub.report.corrected import corrected
 
     settings = _settings()
-    database, files = open_cases(settings.database, settings.store, settings.master_key)
+    database, files = open_cases(settings.database, settings.store, settings.master_key_source)
     try:
         case = Sharing(database).shared_case(case_id)
         review = Reviews(database, files).read(SYSTEM, case_id)

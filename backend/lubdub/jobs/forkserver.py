@@ -125,7 +125,9 @@ class ForkServer:
 
     def _spawn(self) -> socket.socket:
         control, server_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        # No settings: among them are the master key and the database's password, and strangers' files are read there.
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("LUBDUB_")}
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
         with server_end:
             self._process = subprocess.Popen(  # nosec B603
                 [sys.executable, "-m", "lubdub.jobs.warm_process", str(server_end.fileno()), *self._preload],

@@ -73,7 +73,7 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     forks = ForkServer([] if tasks else ["lubdub.jobs.tasks:warm_up"])
     forks.start()
     try:
-        database, vault = open_cases(settings.database, settings.store, settings.master_key)
+        database, vault = open_cases(settings.database, settings.store, settings.master_key_source)
     except CannotOpen as error:
         forks.stop()
         raise SystemExit(str(error)) from error

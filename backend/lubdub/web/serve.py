@@ -81,7 +81,7 @@ def _why_not(settings: Settings, error: OSError) -> str:
 def check_openable(settings: Settings) -> None:
     """Ends the process with a sentence when database, files or key cannot be used."""
     try:
-        database, _ = open_cases(settings.database, settings.store, settings.master_key)
+        database, _ = open_cases(settings.database, settings.store, settings.master_key_source)
     except CannotOpen as error:
         raise SystemExit(str(error)) from error
     database.close()

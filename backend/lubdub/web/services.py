@@ -69,7 +69,7 @@ def open_services(settings: Settings) -> Services:
 
     Raises CannotOpen.
     """
-    database, files = open_cases(settings.database, settings.store, settings.master_key)
+    database, files = open_cases(settings.database, settings.store, settings.master_key_source)
     store = CaseStore(database, files)
     privacy = Privacy(database, files)
     engine = DbosEngine(settings.jobs_database)
