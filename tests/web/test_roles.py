@@ -78,7 +78,8 @@ desk: POST /desk/account/passkeys/remove, POST /desk/account/sessions/end, POST 
 desk: GET /desk/families, POST /desk/families/invite, POST /desk/families/again, POST /desk/families/uninvite
 case: GET /desk/cases/{case_id}, GET /desk/cases/{case_id}/live, POST /desk/cases/{case_id}/look
 case: GET /desk/cases/{case_id}/panel, POST /desk/cases/{case_id}/review, GET /desk/view/{case_id}/{window}/
-lead: GET /desk/audit, GET /desk/audit.csv, GET /desk/audit.json
+lead: GET /desk/audit, GET /desk/audit.csv, GET /desk/audit.json, GET /desk/holds, POST /desk/holds/place
+lead: POST /desk/holds/lift
 administrator: GET /desk/people, POST /desk/people/invite, POST /desk/people/uninvite, POST /desk/people/renew
 administrator: POST /desk/people/role, POST /desk/people/disable, POST /desk/people/enable
 """

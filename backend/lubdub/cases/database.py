@@ -10,6 +10,8 @@ from typing import Any
 import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy.orm import Session
 
 MIGRATIONS = Path(__file__).parent / "migrations"
@@ -19,11 +21,18 @@ LOCK_MIGRATE, LOCK_AUDIT = 0x6C756201, 0x6C756202
 """PostgreSQL advisory locks: one process migrates at a time, one transaction at a time extends the audit chain."""
 
 
+class DatabaseTooNew(Exception):
+    """A newer program has upgraded the database: this one would not know what it means."""
+
+
 class Database:
     """Connections to the cases' database. `reading` for looking, `writing` for one transaction that changes."""
 
-    def __init__(self, url: str) -> None:
-        """Connect, and create or upgrade the tables. Raises sqlalchemy.exc.OperationalError when unreachable."""
+    def __init__(self, url: str, revision: str = "head") -> None:
+        """Connect, and create or upgrade the tables, to an older revision only for a restore.
+
+        Raises sqlalchemy.exc.OperationalError when unreachable, DatabaseTooNew.
+        """
         parsed = sa.make_url(url)
         self.is_sqlite = parsed.get_backend_name() == "sqlite"
         if parsed.drivername == "postgresql":
@@ -35,7 +44,7 @@ class Database:
             sa.event.listen(self.engine, "connect", _set_pragmas)
             sa.event.listen(self.engine, "begin", _begin)
         self._writer = self.engine.execution_options(lubdub_writes=True)
-        self._migrate()
+        self.upgrade(revision)
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
@@ -52,6 +61,17 @@ class Database:
         """
         with Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
+
+    @contextmanager
+    def snapshot(self) -> Iterator[sa.Connection]:
+        """A connection that sees everything as it is at one moment, however long it looks."""
+        engine = self.engine if self.is_sqlite else self.engine.execution_options(isolation_level="REPEATABLE READ")
+        with engine.connect() as connection, connection.begin():
+            yield connection
+
+    def revision(self, connection: sa.Connection) -> str | None:
+        """Of the tables; None when there are none yet."""
+        return MigrationContext.configure(connection).get_current_revision()
 
     def ask(self) -> None:
         """Ask the database anything. Raises sqlalchemy.exc.OperationalError when it does not answer."""
@@ -73,14 +93,20 @@ class Database:
         """Give the connections back."""
         self.engine.dispose()
 
-    def _migrate(self) -> None:
+    def upgrade(self, revision: str = "head") -> None:
+        """Bring the tables to a revision, in one transaction. Raises DatabaseTooNew."""
         config = Config()
         config.set_main_option("script_location", str(MIGRATIONS))
+        known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
         with self._writer.begin() as connection:
             if not self.is_sqlite:
                 connection.execute(sa.select(sa.func.pg_advisory_xact_lock(LOCK_MIGRATE)))
+            current = MigrationContext.configure(connection).get_current_revision()
+            for one in (current, revision):
+                if one not in (None, "head", *known):
+                    raise DatabaseTooNew(one)
             config.attributes["connection"] = connection
-            command.upgrade(config, "head")
+            command.upgrade(config, revision)
 
 
 def _set_pragmas(connection: Any, record: object) -> None:

@@ -15,6 +15,14 @@ class StateConflict(Exception):
     """What was asked does not fit the case's state. The text says the state and what would be possible."""
 
 
+class CaseHeld(StateConflict):
+    """The case is under a legal hold: whoever set it must lift it before anything is deleted."""
+
+    def __init__(self) -> None:
+        """Always in the same words; the reason is for the desk alone."""
+        super().__init__("This case is under a legal hold and cannot be deleted until the hold is lifted.")
+
+
 class KeyNotFound(Exception):
     """There is no such key, or it is another portal's: the two are not told apart."""
 

@@ -110,6 +110,14 @@ class FileVault:
         """The bytes of a sealed object that no artefact points at. Raises SealBroken."""
         return self._stream(case_id, artefact, object_key)
 
+    def sealed_bytes(self, place: str) -> Iterator[bytes] | None:
+        """A stored object as it is, sealed; None when there is none. place: case and object."""
+        try:
+            found = obstore.get(self._store, place)
+        except FileNotFoundError:
+            return None
+        return (bytes(piece) for piece in found.stream())
+
     def _object_key(self, case_id: str, artefact: Artefact) -> str:
         with self._database.reading() as session:
             row = session.get(FileRow, (case_id, artefact))

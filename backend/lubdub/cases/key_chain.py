@@ -60,7 +60,7 @@ class KeyChain:
 
     def unwrap(self, wrapped: bytes, about: str) -> bytes:
         """The key back, whichever master key sealed it. Raises SealBroken."""
-        return _unwrapped(self.masters(), wrapped, about)
+        return unwrapped(self.masters(), wrapped, about)
 
     def new_case_key(self, case_id: str) -> bytes:
         """A fresh data key for a new case, sealed."""
@@ -96,9 +96,9 @@ class KeyChain:
             notes, newest = session.get(ServiceKeyRow, NOTES), _newest(session)
         try:
             if notes is not None:
-                _unwrapped(masters, notes.wrapped_key, NOTES)
+                unwrapped(masters, notes.wrapped_key, NOTES)
             if newest is not None:
-                _unwrapped(masters, newest.wrapped_key, newest.case_id)
+                unwrapped(masters, newest.wrapped_key, newest.case_id)
         except SealBroken:
             return False
         return True
@@ -117,7 +117,8 @@ class KeyChain:
         return self.unwrap(wrapped, NOTES)
 
 
-def _unwrapped(masters: tuple[bytes, ...], wrapped: bytes, about: str) -> bytes:
+def unwrapped(masters: tuple[bytes, ...], wrapped: bytes, about: str) -> bytes:
+    """The key back, whichever of the master keys sealed it. Raises SealBroken."""
     for master in masters[:-1]:
         try:
             return unwrap_key(master, wrapped, about)

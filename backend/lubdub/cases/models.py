@@ -99,7 +99,7 @@ class CaseRow(Base):
     """The truth about a case. A deleted one keeps its id, its tenant and its receipt, nothing about the person.
 
     is_sent: whether it was handed to the clinicians, and neither taken back nor changed by the family since. sharing:
-    the separate yes to keeping the shape as a reference body.
+    the separate yes to keeping the shape as a reference body. hold: who keeps the case from being deleted, and why.
     """
 
     __tablename__ = "cases"
@@ -131,6 +131,7 @@ class CaseRow(Base):
     guide_is_read: Mapped[bool] = mapped_column(server_default=sa.false())
     is_sent: Mapped[bool] = mapped_column(server_default=sa.false())
     sharing: Mapped[dict[str, Any] | None]
+    hold: Mapped[dict[str, Any] | None]
 
 
 class CaseEventRow(Base):

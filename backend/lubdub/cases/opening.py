@@ -7,7 +7,7 @@ from pathlib import Path
 from obstore.exceptions import BaseError as StoreError
 from sqlalchemy.exc import SQLAlchemyError
 
-from lubdub.cases.database import Database
+from lubdub.cases.database import Database, DatabaseTooNew
 from lubdub.cases.files import FileVault
 from lubdub.cases.master_key import MasterKeyUnusable, NamesMasterKey
 
@@ -20,6 +20,11 @@ def open_database(database_url: str) -> Database:
     """The database, made or upgraded when needed. Raises CannotOpen."""
     try:
         return Database(database_url)
+    except DatabaseTooNew as error:
+        raise CannotOpen(
+            f"The database was upgraded by a newer Lubdub (to {error}). Use that version, or restore a backup made by "
+            "this one."
+        ) from error
     except SQLAlchemyError as error:
         raise CannotOpen("The database cannot be opened. Is it running, and is LUBDUB_DATABASE_URL right?") from error
     except OSError as error:

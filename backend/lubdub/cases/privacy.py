@@ -12,7 +12,7 @@ from lubdub.cases import audit, outbox
 from lubdub.cases.attempts import LONGEST
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
-from lubdub.cases.errors import CaseNotFound
+from lubdub.cases.errors import CaseHeld, CaseNotFound
 from lubdub.cases.family_invitations import forget_unused
 from lubdub.cases.files import FileVault, detach
 from lubdub.cases.models import (
@@ -46,28 +46,32 @@ class Privacy:
     def delete(self, actor: Actor, case_id: str, action: str = "case.delete") -> Receipt:
         """Delete a case for good. Asked again, it finishes what was left and gives the same receipt.
 
-        Raises CaseNotFound for a case that never was the actor's.
+        Raises CaseNotFound for a case that never was the actor's, CaseHeld while there is a legal hold on it.
         """
         receipt = self.receipt(actor, case_id)
         if receipt is None:
             with self._database.writing() as session:
                 row = find(session, actor, case_id, to_change=True)
+                if row.hold is not None:
+                    raise CaseHeld
                 receipt = _wipe(self._database, session, row, actor, action)
             self._database.forget_traces()
         self._vault.remove_all(case_id)
         return receipt
 
     def purge(self, retention_days: float) -> list[Receipt]:
-        """Delete every case that was opened longer ago than that, and what else has run out."""
+        """Delete every case that was opened longer ago than that and is not held, and what else has run out."""
         with self._database.reading() as session:
             old = session.scalars(
                 sa.select(CaseRow.id).where(
-                    CaseRow.created_at < now() - timedelta(days=retention_days), CaseRow.deleted_at.is_(None)
+                    CaseRow.created_at < now() - timedelta(days=retention_days),
+                    CaseRow.deleted_at.is_(None),
+                    CaseRow.hold.is_(None),
                 )
             ).all()
         receipts = []
         for case_id in old:
-            with suppress(CaseNotFound):  # another worker's clock struck at the same moment
+            with suppress(CaseNotFound, CaseHeld):  # another worker's clock, or a hold, came at the same moment
                 receipts.append(self.delete(SYSTEM, case_id, "case.retention"))
         self._forget_expired()
         Uploads(self._database, self._vault).forget_abandoned()

@@ -120,4 +120,5 @@ def to_value(session: Session, row: CaseRow) -> Case:
         guide=Guide(row.guide_app, row.guide_is_read),
         is_sent=row.is_sent,
         is_shared=row.sharing is not None,
+        is_held=row.hold is not None,
     )

@@ -12,6 +12,7 @@ from lubdub.cases.database import Database
 from lubdub.cases.desk_sessions import DeskSessions
 from lubdub.cases.family_invitations import FamilyInvitations
 from lubdub.cases.files import FileVault
+from lubdub.cases.holds import Holds
 from lubdub.cases.invitations import Invitations
 from lubdub.cases.passkeys import Passkeys
 from lubdub.cases.trail import Trail
@@ -28,6 +29,7 @@ class Staff:
     sessions: DeskSessions
     families: FamilyInvitations
     trail: Trail
+    holds: Holds
 
 
 @dataclass(frozen=True)
@@ -49,4 +51,5 @@ def open_staff(database: Database, vault: FileVault, times: Times) -> Staff:
         sessions=DeskSessions(database, times.idle, times.longest),
         families=FamilyInvitations(database, vault, times.family_link),
         trail=Trail(database),
+        holds=Holds(database),
     )

@@ -113,6 +113,7 @@ class Case:
     guide: Guide = field(default_factory=Guide)
     is_sent: bool = False
     is_shared: bool = False
+    is_held: bool = False
 
 
 @dataclass(frozen=True)

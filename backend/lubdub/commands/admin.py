@@ -6,15 +6,17 @@ import argparse
 import sys
 from typing import Any
 
-from lubdub.commands import clinicians, master_key, references
+from lubdub.commands import backup, clinicians, holds, master_key, references
 from lubdub.commands.faults import CommandFault
 from lubdub.commands.opened import database, opened, say
 
 
 def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     """Add the admin commands to the command line."""
-    admin = commands.add_parser("admin", help="portal keys, clinicians, reference bodies and settings")
-    things = admin.add_subparsers(dest="thing", required=True, metavar="key|clinician|references|master-key|settings")
+    admin = commands.add_parser("admin", help="portal keys, clinicians, references, master key, backup and settings")
+    things = admin.add_subparsers(
+        dest="thing", required=True, metavar="key|clinician|references|case|master-key|backup|restore|settings"
+    )
     key = things.add_parser("key", help="keys by which portals call the REST interface")
     verbs = key.add_subparsers(dest="verb", required=True, metavar="create|list|revoke")
     create = verbs.add_parser("create", help="make a key; its token is printed this once")
@@ -28,7 +30,9 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     revoke.set_defaults(run=opened(_revoke_key))
     clinicians.add_parser(things)
     references.add_parser(things)
+    holds.add_parser(things)
     master_key.add_parser(things)
+    backup.add_parsers(things)
     things.add_parser("settings", help="every setting, its value and its meaning").set_defaults(run=_show_settings)
 
 

@@ -166,7 +166,7 @@ def cancel_case(case_id: CaseId, actor: WriterDep, actions: ActionsDep) -> CaseO
     return CaseOut.of(actions.cancel(actor, case_id))
 
 
-@router.delete("/cases/{case_id}")
+@router.delete("/cases/{case_id}", responses=problems("state-conflict"))
 def delete_case(case_id: CaseId, actor: WriterDep, actions: ActionsDep) -> ReceiptOut:
     """Delete the case for good: its key is destroyed, its files go. Asked again, the receipt is the same."""
     return ReceiptOut.of(actions.delete(actor, case_id))

@@ -11,6 +11,7 @@ from lubdub.web import (
     desk_account,
     desk_audit,
     desk_families,
+    desk_holds,
     desk_join,
     desk_oidc,
     desk_passkeys,
@@ -66,6 +67,7 @@ PARTS = (
     desk_people,
     desk_families,
     desk_audit,
+    desk_holds,
     desk_worklist,
     desk_review,
 )

@@ -9,6 +9,7 @@ from babel.dates import format_datetime
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, Response
 
+from lubdub.cases.errors import CaseHeld
 from lubdub.cases.files import FileVault
 from lubdub.cases.review import Reviews
 from lubdub.cases.states import HAS_RESULT, TURNED_DOWN
@@ -151,14 +152,18 @@ def refused(
 
 @router.get("/cases/{case_id}/remove")
 def remove(request: Request, case: CaseDep, family: FamilyDep) -> Response:
-    """Asks once more."""
-    return render(request, "family/remove/remove.html", family, case_id=case.id, is_gone=True)
+    """Asks once more, or says why it cannot be done yet."""
+    page = "family/remove/held.html" if case.is_held else "family/remove/remove.html"
+    return render(request, page, family, case_id=case.id, is_gone=True)
 
 
 @router.post("/cases/{case_id}/remove", dependencies=[FormGuard])
 def delete(case_id: str, family: FamilyDep, actions: ActionsDep, desk: DeskDep) -> Response:
-    """Deletes for good, and on to the receipt."""
-    actions.delete(family.actor, case_id)
+    """Deletes for good, and on to the receipt; back to the question when a hold is on the case, which says so."""
+    try:
+        actions.delete(family.actor, case_id)
+    except CaseHeld:
+        return go(f"/cases/{case_id}/remove")
     desk.close(case_id)
     return go(f"/cases/{case_id}/removed")
 
