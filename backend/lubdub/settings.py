@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
-from urllib.parse import urlsplit
 
 from pydantic import Field, SecretStr, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from lubdub import safety
+from lubdub.safety import is_loopback as is_loopback
+
 PROJECT_FOLDER = Path(__file__).resolve().parents[2]
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only programs on this machine can reach a server bound to host."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 @dataclass(frozen=True)
@@ -33,8 +24,8 @@ class MasterKeyNamed:
     command: str
 
 
-class Settings(BaseSettings):
-    """The service's settings. Raises ValidationError, with a sentence, for a combination that is not safe."""
+class SettingsTable(BaseSettings):
+    """The service's settings, whether they go together or not."""
 
     model_config = SettingsConfigDict(env_prefix="LUBDUB_", frozen=True, extra="ignore")
 
@@ -143,48 +134,6 @@ class Settings(BaseSettings):
         default="info", description="Least severe line logged."
     )
 
-    @model_validator(mode="after")
-    def refuse_open_binding(self) -> Self:
-        """Bodies of children must not cross a network in the clear."""
-        if not is_loopback(self.host) and not self.behind_tls_proxy:
-            raise ValueError(
-                f"Listening on {self.host} without HTTPS would send scans of bodies in the clear. Listen on "
-                "127.0.0.1, or put a TLS proxy in front and set LUBDUB_BEHIND_TLS_PROXY=true."
-            )
-        return self
-
-    @model_validator(mode="after")
-    def refuse_blind_trust(self) -> Self:
-        """Who may say where a call comes from may be anybody, and is counted as nobody."""
-        for one in self.trusted_proxies.split(","):
-            try:
-                ipaddress.ip_network(one.strip())
-            except ValueError as error:
-                raise ValueError(
-                    f"LUBDUB_TRUSTED_PROXIES must be addresses or networks such as 10.0.0.0/8, separated by commas; "
-                    f"{one.strip()!r} is none."
-                ) from error
-        return self
-
-    @model_validator(mode="after")
-    def refuse_quotas_below_one_scan(self) -> Self:
-        """A scan of the allowed size must fit into a day."""
-        for name in ("family_mb_per_day", "tenant_mb_per_day"):
-            if getattr(self, name) < self.max_upload_mb:
-                raise ValueError(f"LUBDUB_{name.upper()} must be at least LUBDUB_MAX_UPLOAD_MB ({self.max_upload_mb}).")
-        return self
-
-    @model_validator(mode="after")
-    def refuse_open_login(self) -> Self:
-        """Whoever can change what a login says can be anybody here."""
-        issuer = urlsplit(self.oidc_issuer)
-        is_safe = issuer.scheme == "https" or (issuer.scheme == "http" and is_loopback(issuer.hostname or ""))
-        if self.oidc_issuer and not is_safe:
-            raise ValueError("LUBDUB_OIDC_ISSUER must be an https:// address.")
-        if self.oidc_issuer and not self.oidc_client_id:
-            raise ValueError("LUBDUB_OIDC_ISSUER needs LUBDUB_OIDC_CLIENT_ID beside it.")
-        return self
-
     @property
     def is_https(self) -> bool:
         """Whether people reach the pages by https."""
@@ -244,3 +193,15 @@ class Settings(BaseSettings):
         told = self.model_dump(mode="json", exclude_none=True)
         told |= {name: secret.get_secret_value() for name, secret in self if isinstance(secret, SecretStr)}
         return {f"LUBDUB_{name.upper()}": str(value) for name, value in told.items()}
+
+
+class Settings(SettingsTable):
+    """The service's settings. Raises ValidationError, with sentences, for combinations that are not safe."""
+
+    @model_validator(mode="after")
+    def refuse_what_is_unsafe(self) -> Self:
+        """The service must not even start with them."""
+        faults = safety.faults(self)
+        if faults:
+            raise ValueError(" ".join(faults))
+        return self

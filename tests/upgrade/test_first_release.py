@@ -89,7 +89,7 @@ def copy_rows(source: str, target: str) -> None:
 
 def statuses(database: Database) -> dict[str, str]:
     with database.reading() as session:
-        return {case_id: status for case_id, status in session.execute(sa.text("SELECT id, status FROM cases"))}
+        return {row.id: row.status for row in session.execute(sa.text("SELECT id, status FROM cases"))}
 
 
 def test_every_case_is_kept_as_it_was(old: Old) -> None:
@@ -134,9 +134,7 @@ def test_an_older_program_refuses_a_newer_database_in_one_sentence(old: Old) -> 
     with database.writing() as session:
         session.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))
     database.close()
-    with pytest.raises(
-        CannotOpen, match=r"^The database was upgraded by a newer Lubdub \(to 9999\)\. Use that version"
-    ):
+    with pytest.raises(CannotOpen, match=r"^The database was upgraded by a newer Lubdub \(to 9999\)\. Use that"):
         open_database(old.url)
 
 

@@ -98,15 +98,38 @@ class Database:
         config = Config()
         config.set_main_option("script_location", str(MIGRATIONS))
         known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
-        with self._writer.begin() as connection:
-            if not self.is_sqlite:
-                connection.execute(sa.select(sa.func.pg_advisory_xact_lock(LOCK_MIGRATE)))
+        with self._migrating() as connection:
             current = MigrationContext.configure(connection).get_current_revision()
             for one in (current, revision):
                 if one not in (None, "head", *known):
                     raise DatabaseTooNew(one)
             config.attributes["connection"] = connection
             command.upgrade(config, revision)
+
+    @contextmanager
+    def _migrating(self) -> Iterator[sa.Connection]:
+        """The one process that changes the tables now, in one transaction.
+
+        SQLite changes a table by making it anew, which others that refer to it must not hinder: foreign keys are
+        checked at the end instead.
+        """
+        with self._writer.connect() as connection:
+            if not self.is_sqlite:
+                with connection.begin():
+                    connection.execute(sa.select(sa.func.pg_advisory_xact_lock(LOCK_MIGRATE)))
+                    yield connection
+                return
+            raw = connection.connection.driver_connection
+            assert raw is not None  # nosec B101
+            raw.execute("PRAGMA foreign_keys = OFF")
+            try:
+                with connection.begin():
+                    yield connection
+                    broken = connection.exec_driver_sql("PRAGMA foreign_key_check").first()
+                    if broken is not None:
+                        raise sa.exc.IntegrityError(f"upgrade: rows of {broken[0]} point nowhere", None, Exception())
+            finally:
+                raw.execute("PRAGMA foreign_keys = ON")
 
 
 def _set_pragmas(connection: Any, record: object) -> None:

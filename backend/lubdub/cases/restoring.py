@@ -22,10 +22,10 @@ from lubdub.cases.backup_rows import Row, decoded, opened_rows, reflected
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import SealBroken
-from lubdub.cases.object_store import open_store
 from lubdub.cases.key_chain import NOTES, KeyChain, unwrapped
 from lubdub.cases.keyring import Keyring, opened_backup
 from lubdub.cases.master_key import MasterKeySource, NamesMasterKey, load
+from lubdub.cases.object_store import open_store
 from lubdub.cases.sealing import manifest_mac, open_frames
 from lubdub.cases.values import SYSTEM
 

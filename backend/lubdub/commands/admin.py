@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-from lubdub.commands import backup, clinicians, holds, master_key, references
+from lubdub.commands import backup, clinicians, holds, master_key, references, settings
 from lubdub.commands.faults import CommandFault
 from lubdub.commands.opened import database, opened, say
 
@@ -33,7 +33,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     holds.add_parser(things)
     master_key.add_parser(things)
     backup.add_parsers(things)
-    things.add_parser("settings", help="every setting, its value and its meaning").set_defaults(run=_show_settings)
+    settings.add_parser(things)
 
 
 def _create_key(typed: argparse.Namespace) -> int:
@@ -64,13 +64,4 @@ def _revoke_key(typed: argparse.Namespace) -> int:
     if not revoke_key(database(), typed.id):
         raise CommandFault(f"There is no living key {typed.id}.")
     say(f"Key {typed.id} is revoked.")
-    return 0
-
-
-def _show_settings(typed: argparse.Namespace) -> int:
-    from lubdub.commands.service import read_settings
-
-    settings = read_settings({})
-    for name, field in type(settings).model_fields.items():
-        say(f"LUBDUB_{name.upper()}={getattr(settings, name)}\n    {field.description}")
     return 0

@@ -43,7 +43,7 @@ def _backup(typed: argparse.Namespace, settings: Settings) -> int:
         raise CommandFault("A backup inside the data folder is lost together with it. Choose a folder elsewhere.")
     database, vault = open_cases(settings.database, settings.store, settings.master_key_source)
     try:
-        made = Backup(database, vault).make(typed.folder, _keyring(typed), _own_files(settings.references_dir))
+        made = Backup(database, vault).make(typed.folder, _keyring(typed), _own_files(settings.own_references))
     finally:
         database.close()
     say(f"{made.folder}: {made.cases} cases with {made.files} files, all of them sealed.")
@@ -59,7 +59,7 @@ def _restore(typed: argparse.Namespace, settings: Settings) -> int:
 
     _must_be_new(settings)
     restore = Restore(typed.folder, _keyring(typed), settings.master_key_source)
-    done = restore.into(Target(settings.database, settings.store, settings.references_dir))
+    done = restore.into(Target(settings.database, settings.store, settings.own_references))
     say(f"{done.cases} cases with {done.files} files are back; {done.bodies} files of reference bodies.")
     if done.deleted:
         say(f"{done.deleted} cases were deleted since this backup was made, and stay deleted.")

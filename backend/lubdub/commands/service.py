@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lubdub.commands.faults import CommandFault
 
 if TYPE_CHECKING:
     from lubdub.settings import Settings
+
+S = TypeVar("S")
 
 ROLES = {
     "serve": "the product on one machine: pages, REST interface and worker",
@@ -38,12 +40,17 @@ def add_parsers(commands: argparse._SubParsersAction[Any]) -> None:
 
 def read_settings(given: Mapping[str, Any]) -> Settings:
     """The settings from the environment, with what was typed on top. Raises CommandFault."""
-    from pydantic import ValidationError
-
     from lubdub.settings import Settings
 
+    return checked(lambda: Settings(**{name: value for name, value in given.items() if value is not None}))
+
+
+def checked(make: Callable[[], S]) -> S:
+    """Settings, or what is wrong with them in words. Raises CommandFault."""
+    from pydantic import ValidationError
+
     try:
-        return Settings(**{name: value for name, value in given.items() if value is not None})
+        return make()
     except ValidationError as fault:
         raise CommandFault("; ".join(_in_words(error) for error in fault.errors())) from fault
 

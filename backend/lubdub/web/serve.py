@@ -19,6 +19,7 @@ from lubdub.cases.admin import first_link
 from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
+from lubdub.safety import warnings
 from lubdub.settings import Settings
 from lubdub.web.app import WebRole, create_app
 
@@ -29,12 +30,19 @@ RESTART_S = 2.0
 log = structlog.stdlib.get_logger(__name__)
 
 
+def warn(settings: Settings) -> None:
+    """Say what is safe only under circumstances."""
+    for words in warnings(settings):
+        log.warning("settings: %s", words)
+
+
 def run_web(settings: Settings, role: WebRole = "web") -> None:
     """Run the web server, or a view server, alone until it is told to stop.
 
     Ends the process with a sentence when it cannot start.
     """
     configure_logs(settings.log_level)
+    warn(settings)
     listening = listening_socket(settings)
     check_openable(settings)
     _serve(create_app(settings, role), settings, listening)
@@ -43,6 +51,7 @@ def run_web(settings: Settings, role: WebRole = "web") -> None:
 def serve(settings: Settings) -> None:
     """Run web server and worker until Ctrl-C. Ends the process with a sentence when it cannot start."""
     configure_logs(settings.log_level)
+    warn(settings)
     listening = listening_socket(settings)
     check_openable(settings)
     worker = SupervisedWorker(settings)
