@@ -36,6 +36,7 @@ case "$1 ${2:-}" in
 esac
 """
 STAND_INS = {
+    "caddy": "exit 0",
     "apt-get": 'echo "apt-get $*" >>"$CALLS"; exit "${APT_FAILS:-0}"',
     "cc": "exit 0",
     "chromium": "exit 0",
@@ -374,6 +375,28 @@ def test_a_user_without_rights_gets_postgresql_unpacked_here(machine: Machine) -
     assert "There is no PostgreSQL" not in err
     _, _, err = machine.run("test")
     assert "postgresql" not in err
+
+
+def test_the_tests_unpack_a_proxy_and_install_none_that_would_start_by_itself(machine: Machine) -> None:
+    machine.remove_tool("caddy")
+    machine.words |= FIVE_PASSED
+    machine.add_tool(
+        "apt-get",
+        'echo "apt-get $*" >>"$CALLS"; case "$*" in *download*) : >caddy_2_amd64.deb ;; esac',
+    )
+    machine.add_tool("dpkg-deb", 'mkdir -p "$3/usr/bin"; : >"$3/usr/bin/caddy"')
+    _, _, err = machine.run("test")
+    assert "There is no Caddy" not in err
+    assert [call for call in machine.calls("caddy") if "install" in call] == []
+    _, _, err = machine.run("test")
+    assert "proxy" not in err
+
+
+def test_without_a_proxy_its_tests_are_left_out_and_it_says_so(machine: Machine) -> None:
+    machine.remove_tool("caddy")
+    machine.words |= {"APT_FAILS": "100", "USER_NUMBER": "1000"}
+    _, _, err = machine.run("test")
+    assert "There is no Caddy" in err
 
 
 def test_without_postgresql_its_tests_are_left_out_and_it_says_so(machine: Machine) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
@@ -27,7 +28,13 @@ class MasterKeyNamed:
 class SettingsTable(BaseSettings):
     """The service's settings, whether they go together or not."""
 
-    model_config = SettingsConfigDict(env_prefix="LUBDUB_", frozen=True, extra="ignore")
+    model_config = SettingsConfigDict(
+        env_prefix="LUBDUB_",
+        frozen=True,
+        extra="ignore",
+        # A file there named like the variable, such as lubdub_database_url, holds its value: for containers' secrets.
+        secrets_dir=os.environ.get("LUBDUB_SECRETS_DIR"),
+    )
 
     data_dir: Path = Field(
         default=PROJECT_FOLDER / ".data", description="Folder of the database, the key and the files."

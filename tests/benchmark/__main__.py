@@ -14,6 +14,7 @@ from tests.benchmark import accuracy, damaged, paper_tables, repeat, stickers
 from tests.benchmark.calibration import CALIBRATION
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.journey import JOURNEY
+from tests.benchmark.load import LOAD
 from tests.benchmark.peers import PEERS_EXPERIMENT
 from tests.benchmark.runner import run_experiment
 from tests.benchmark.selection import SELECTION
@@ -25,6 +26,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     CALIBRATION,
     damaged.DAMAGED,
     JOURNEY,
+    LOAD,
     paper_tables.PAPER,
     repeat.REPEAT,
     SELECTION,
@@ -57,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("name", metavar="NAME", choices=[one.name for one in EXPERIMENTS], help="which, see below")
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other people and other noise")
     parser.add_argument("--size", type=_count, help="how much of it; see below")
+    parser.add_argument("--minutes", type=_count, dest="size", help="the same, for what is measured in minutes")
     parser.add_argument("--out", type=Path, default=Path("out/benchmark"), metavar="DIR")
     return parser
 

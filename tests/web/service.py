@@ -29,7 +29,7 @@ def free_port() -> int:
         return int(found.getsockname()[1])
 
 
-def eventually(happens: Callable[[], Any], seconds: float = 40.0) -> Any:
+def eventually(happens: Callable[[], Any], seconds: float = 120.0) -> Any:
     """The first true thing happens() returns. Fails when nothing comes."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:

@@ -66,6 +66,13 @@ def test_the_documentation_page_lists_every_call_and_loads_nothing_from_elsewher
     assert "<script" not in page
 
 
+def test_the_page_about_many_machines_names_what_stays_with_one_process(service: Service) -> None:
+    page = httpx.get(f"{service.settings.address}/api/docs/scaling").text
+    for path in ("/view/CASE/", "/cases/CASE/points", "/desk/view/CASE/", "/desk/cases/CASE"):
+        assert path in page
+    assert "<script" not in page
+
+
 def test_the_served_document_is_the_printed_one(service: Service) -> None:
     served = httpx.get(f"{service.settings.address}/api/v1/openapi.json").json()
     assert served == json.loads(openapi_json())

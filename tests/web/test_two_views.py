@@ -10,8 +10,12 @@ from typing import Any
 import httpx
 import pytest
 import websockets
+from starlette.requests import Request
 from websockets.typing import Subprotocol
 
+from lubdub.views.servers import ViewsFull
+from lubdub.web.problems import Problem
+from lubdub.web.view import live_answer
 from tests.web.family import Family, case_in
 from tests.web.service import Service, eventually, free_port
 from tests.web.test_pages_handoff import code_for
@@ -116,3 +120,14 @@ def test_a_view_process_answers_only_what_must_stay_with_it(view: Service, famil
 def test_a_view_process_says_whether_it_is_alive_and_ready(view: Service) -> None:
     assert httpx.get(f"{view.address}/livez").json() == {"status": "alive"}
     assert httpx.get(f"{view.address}/readyz").json()["checks"]["database"] is True
+
+
+def test_a_full_view_process_says_when_to_come_back() -> None:
+    def full() -> None:
+        raise ViewsFull
+
+    request = Request({"type": "http", "query_string": b"", "headers": [], "path": "/", "method": "GET"})
+    with pytest.raises(Problem) as told:
+        live_answer(request, full)
+    assert told.value.status_code == 503
+    assert int(dict(told.value.headers or {})["Retry-After"]) > 0

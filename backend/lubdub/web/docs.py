@@ -47,6 +47,12 @@ def documentation(request: Request) -> HTMLResponse:
     return HTMLResponse(page)
 
 
+@router.get("/api/docs/scaling", response_class=HTMLResponse)
+def scaling() -> HTMLResponse:
+    """On many machines: what is stateless, what is sticky, what to scale by; and a million cases a day."""
+    return HTMLResponse(_templates.get_template("scaling.html").render())
+
+
 @router.get("/api/docs.css")
 def style() -> Response:
     """How that page looks."""

@@ -36,6 +36,8 @@ LIVE_POLICY = (
 REFUSED_QUERY = frozenset({"websocket", "playbackPath"})
 """viser would connect to, or play, whatever these name: script of strangers on our origin."""
 WindowName = Annotated[str, Field(pattern="^[0-9a-f]{0,16}$")]
+ROOM_AFTER_S = 120
+"""When views are full: by then somebody may have gone on."""
 TOO_BIG = 1009
 NOT_FOR_YOU = 1008
 INTERNAL = 1011
@@ -71,7 +73,8 @@ def live_answer(request: Request, start: Callable[[], object]) -> HTMLResponse:
     try:
         start()
     except ViewsFull as error:
-        raise Problem("not-ready", "Many people look at a body right now. Try again in a few minutes.") from error
+        words = "Many people look at a body right now. Try again in a few minutes."
+        raise Problem("not-ready", words, {"Retry-After": str(ROOM_AFTER_S)}) from error
     return HTMLResponse(live_page(), headers={"Content-Security-Policy": LIVE_POLICY})
 
 
