@@ -33,6 +33,8 @@ class Database:
 
         Raises sqlalchemy.exc.OperationalError when unreachable, DatabaseTooNew.
         """
+        self.info: dict[str, Any] = {}
+        """What sessions carry along: `keys`, the key chain, once a vault stands on this database."""
         parsed = sa.make_url(url)
         self.is_sqlite = parsed.get_backend_name() == "sqlite"
         if parsed.drivername == "postgresql":
@@ -49,7 +51,7 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """A session that only looks."""
-        with Session(self.engine) as session:
+        with Session(self.engine, info=self.info) as session:
             yield session
 
     @contextmanager
@@ -59,7 +61,7 @@ class Database:
         Writers queue from their first statement: SQLite by BEGIN IMMEDIATE (a read-then-write upgrade would
         fail at once), PostgreSQL by row locks and the audit chain's lock.
         """
-        with Session(self._writer, expire_on_commit=False) as session, session.begin():
+        with Session(self._writer, expire_on_commit=False, info=self.info) as session, session.begin():
             yield session
 
     @contextmanager

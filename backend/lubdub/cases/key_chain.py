@@ -38,6 +38,7 @@ class KeyChain:
                 "Put the right one in its place."
             )
         self._notes = self._notes_key()
+        database.info["keys"] = self
 
     def masters(self) -> tuple[bytes, ...]:
         """The master keys, the current one first; read anew when the file changed and still fits what is stored."""

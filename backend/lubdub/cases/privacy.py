@@ -31,6 +31,7 @@ from lubdub.cases.models_review import ReviewStepRow
 from lubdub.cases.outbox import Outbox
 from lubdub.cases.repeating import REMEMBERED
 from lubdub.cases.rows import find
+from lubdub.cases.sealed_values import seal_older
 from lubdub.cases.uploads import Uploads, drop_uploads
 from lubdub.cases.values import SYSTEM, Actor, Receipt
 
@@ -74,6 +75,7 @@ class Privacy:
             with suppress(CaseNotFound, CaseHeld):  # another worker's clock, or a hold, came at the same moment
                 receipts.append(self.delete(SYSTEM, case_id, "case.retention"))
         self._forget_expired()
+        seal_older(self._database)
         Uploads(self._database, self._vault).forget_abandoned()
         Outbox(self._database, self._vault).forget_old()
         return receipts

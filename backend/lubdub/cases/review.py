@@ -18,7 +18,8 @@ from lubdub.cases.models import CaseRow
 from lubdub.cases.models_review import ReviewStepRow
 from lubdub.cases.review_reasons import RETURN_REASONS, UNUSABLE_REASONS
 from lubdub.cases.reviewing import Deed, Position, Review, Reviewer, ReviewStep, review_of
-from lubdub.cases.rows import Step, find, has_file, new_job, take, to_value
+from lubdub.cases.rows import Step, find, has_file, marks_of, new_job, take, to_value
+from lubdub.cases.sealed_values import opened, sealed
 from lubdub.cases.states import Status
 from lubdub.cases.values import Actor, Case, Job
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, LandmarkName, Reason
@@ -107,11 +108,12 @@ class Reviews:
             moved = review_of(_steps(session, case_id), row.job_id).landmarks
             if not moved:
                 raise StateConflict("Move a landmark first: with the same ones a run finds the same places.")
-            placed: dict[str, Any] = dict(row.landmarks or {})
+            before = marks_of(session, row) or {}
+            placed: dict[str, Any] = dict(before)
             placed |= {name: list(one.position) for name, one in moved.items()}
-            self._add(session, row, by, "landmarks", {"landmarks": placed, "before": row.landmarks or {}})
+            self._add(session, row, by, "landmarks", {"landmarks": placed, "before": before})
             dropped = detach(session, case_id, but=OF_SCAN + OF_CHECK)
-            row.landmarks = placed
+            row.landmarks = sealed(session, case_id, placed)
             job = new_job(row, "locate")
             take(self._database, session, row, by.actor, Step("queued", "review.landmarks"))
             case = to_value(session, row)
@@ -175,7 +177,7 @@ class Reviews:
                 by=by.actor.name,
                 by_name=by.name,
                 at=now(),
-                said=said,
+                said=sealed(session, row.id, said),
             )
         )
         session.flush()
@@ -189,7 +191,15 @@ def _version(session: Session, case_id: str) -> int:
 def _steps(session: Session, case_id: str) -> list[ReviewStep]:
     query = sa.select(ReviewStepRow).where(ReviewStepRow.case_id == case_id).order_by(ReviewStepRow.number)
     return [
-        ReviewStep(row.number, row.run, row.deed, row.by, row.by_name, row.at, row.said)  # type: ignore[arg-type]
+        ReviewStep(
+            row.number,
+            row.run,
+            row.deed,  # type: ignore[arg-type]
+            row.by,
+            row.by_name,
+            row.at,
+            opened(session, case_id, row.said),
+        )
         for row in session.scalars(query)
     ]
 

@@ -14,6 +14,7 @@ from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import CaseNotFound
 from lubdub.cases.models import CaseEventRow, CaseRow, FileRow, TenantRow
+from lubdub.cases.sealed_values import opened
 from lubdub.cases.states import JobKind, Status
 from lubdub.cases.values import FAMILIES, Actor, Case, Guide, Job
 
@@ -92,6 +93,11 @@ def has_file(session: Session, case_id: str, artefact: str) -> bool:
     return session.get(FileRow, (case_id, artefact)) is not None
 
 
+def marks_of(session: Session, row: CaseRow) -> dict[str, list[float]] | None:
+    """The landmarks that were placed."""
+    return None if row.landmarks is None else opened(session, row.id, row.landmarks)
+
+
 def to_value(session: Session, row: CaseRow) -> Case:
     """The row as the value this room hands out."""
     return Case(
@@ -106,7 +112,7 @@ def to_value(session: Session, row: CaseRow) -> Case:
         answers=row.answers,  # type: ignore[arg-type]
         unit=row.unit,
         method=row.method,  # type: ignore[arg-type]
-        landmarks=row.landmarks,
+        landmarks=marks_of(session, row),
         job_id=row.job_id,
         stage=row.stage,
         fraction=row.fraction,

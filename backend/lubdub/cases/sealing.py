@@ -45,6 +45,11 @@ def note_key(master: bytes) -> bytes:
     return HKDF(SHA256(), KEY_BYTES, salt=None, info=b"lubdub note 1").derive(master)
 
 
+def value_key(data_key: bytes) -> bytes:
+    """The key for values in a case's rows."""
+    return HKDF(SHA256(), KEY_BYTES, salt=None, info=b"lubdub value 1").derive(data_key)
+
+
 def backup_rows_key(data_key: bytes) -> bytes:
     """The key for a case's rows in backups: it goes when the case's own goes."""
     return HKDF(SHA256(), KEY_BYTES, salt=None, info=b"lubdub backup rows 1").derive(data_key)

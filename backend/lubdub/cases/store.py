@@ -21,6 +21,7 @@ from lubdub.cases.models import CaseEventRow, CaseKeyRow, CaseRow
 from lubdub.cases.repeating import Repeatable, remember, remembered
 from lubdub.cases.rows import Step, find, has_file, new_job, take, to_value, visible_to
 from lubdub.cases.screening import stop_reason
+from lubdub.cases.sealed_values import sealed
 from lubdub.cases.states import AFTER_CANCEL, IN_WORK, TAKES_LANDMARKS, TAKES_SCAN, Status
 from lubdub.cases.values import Actor, Case, CaseEvent, Guide, Job, NewCase
 
@@ -162,7 +163,7 @@ class CaseStore:
             if row.status not in TAKES_LANDMARKS or not has_file(session, case_id, "examination.npz"):
                 raise StateConflict(f"Landmarks cannot be placed while the case is {_words(row.status)}.")
             dropped = detach(session, case_id, but=OF_SCAN + OF_CHECK)
-            row.landmarks = {name: list(place) for name, place in asked.landmarks.items()}
+            row.landmarks = sealed(session, case_id, {name: list(place) for name, place in asked.landmarks.items()})
             row.unit, row.method, row.is_sent = asked.unit or row.unit, asked.method, False
             job = new_job(row, "locate")
             take(self._database, session, row, actor, Step("queued", "landmarks.place"))
