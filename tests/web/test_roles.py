@@ -77,6 +77,9 @@ desk: GET /desk, GET /desk/live, POST /desk/sign-out, GET /desk/account, GET /de
 desk: POST /desk/account/password, POST /desk/account/passkeys, POST /desk/account/passkeys/options
 desk: POST /desk/account/passkeys/remove, POST /desk/account/sessions/end, POST /desk/account/sessions/end-others
 desk: GET /desk/families, POST /desk/families/invite, POST /desk/families/again, POST /desk/families/uninvite
+desk: GET /desk/references, GET /desk/references/{body}, GET /desk/references/{body}/panel
+desk: GET /desk/references/{body}/live, POST /desk/references/{body}/look, POST /desk/references/{body}/review
+desk: GET /desk/body/{body}/{window}/
 case: GET /desk/cases/{case_id}, GET /desk/cases/{case_id}/live, POST /desk/cases/{case_id}/look
 case: GET /desk/cases/{case_id}/panel, POST /desk/cases/{case_id}/review, GET /desk/view/{case_id}/{window}/
 lead: GET /desk/audit, GET /desk/audit.csv, GET /desk/audit.json, GET /desk/holds, POST /desk/holds/place
@@ -99,7 +102,7 @@ def may(who: Who, route: str) -> bool:
     return who in MAY[kind] or ALSO.get(kind) == who
 
 
-SOCKETS = {"/view/{case_id}", "/view/{case_id}/{window}", "/desk/view/{case_id}/{window}"}
+SOCKETS = {"/view/{case_id}", "/view/{case_id}/{window}", "/desk/view/{case_id}/{window}", "/desk/body/{body}/{window}"}
 """Told apart by what they say after the handshake; their own tests hold them to it."""
 DOOR = {"not-signed-in", "scope-missing", "role-missing", "cross-site", "case-not-found"}
 """The problems of whoever may not; every other answer, also another problem, is past the door."""
@@ -146,7 +149,7 @@ class Caller:
         address = path.replace("{case_id}", case)
         for hole in ("{name}", "{token}", "{path:path}", "{kind}", "{upload_id}", "{key_id}", "{webhook_id}", "{app}"):
             address = address.replace(hole, "none")
-        address = address.replace("{delivery_id}", "none").replace("{window}", "ab")
+        address = address.replace("{delivery_id}", "none").replace("{window}", "ab").replace("{body}", "girl-06")
         token = self.tokens.get("desk" if path.startswith("/desk") else "family")
         headers = {"Accept": "application/json"} | ({"X-CSRF-Token": token} if token else {})
         headers["Tus-Resumable"] = "1.0.0"

@@ -19,7 +19,8 @@ from lubdub.cases.reviewing import Reviewer
 from lubdub.cases.sharing import Sharing
 from lubdub.cases.values import SYSTEM, Actor
 from lubdub.library.load import load_body
-from lubdub.library.marks import MARKERS, AreaMarks, agreement, drop_marks, read_marks, write_marks
+from lubdub.library.marks import MARKERS, agreement, drop_marks, read_marks, write_marks
+from lubdub.library.marks import AreaMarks as AreaMarks
 from lubdub.library.own import cards
 from lubdub.results import AREA_NAMES, AreaName, Reference
 
@@ -43,6 +44,11 @@ class MarkedBody:
     def is_full(self) -> bool:
         """Whether others have marked it so that nobody more is asked."""
         return self.others >= MARKERS and not self.mine.handed_in_at
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the asker can change nothing."""
+        return self.is_full or bool(self.mine.handed_in_at)
 
 
 class ReferenceMarks:
@@ -150,7 +156,8 @@ class ReferenceMarks:
         agreed = None if reference is None else agreement(reference, handed)
         if agreed is None:
             return told
-        known = tuple(one.by_name for one in handed if one.by in agreed.people and one.tenant == by.actor.tenant_id)
+        ours = {one.by: one.by_name for one in handed if one.tenant == by.actor.tenant_id}
+        known = tuple(ours[person] for person in agreed.people if person in ours)
         return replace(told, placed_by=known, outside=len(agreed.people) - len(known), spread_mm=dict(agreed.spread_mm))
 
     def _card(self, actor: Actor, name: str) -> dict[str, Any]:

@@ -14,7 +14,8 @@ import viser
 
 from lubdub.geometry.raycast import SkinCaster
 from lubdub.results import LANDMARK_NAMES, AreaName, LandmarkName, Landmarks, Outcome
-from lubdub.views.framing import Camera, close_to, framed
+from lubdub.views.framing import close_to, framed
+from lubdub.views.hands import dragged_to, stand
 from lubdub.views.placing import NUMBERS, PIN_SHARE
 from lubdub.views.scene import (
     VIEW,
@@ -102,7 +103,7 @@ class ReviewView:
         """Turn every window of this view to an area; to the whole chest when there is no name."""
         for client in self._server.get_clients().values():
             whole = framed(self._scan, self._computed.landmarks, client.camera.aspect)
-            _stand(client, whole if name is None else close_to(outcome.areas[name], whole))
+            stand(client, whole if name is None else close_to(outcome.areas[name], whole))
 
     def _show_formers(self, wanted: set[AreaName]) -> None:
         for name in self._formers - wanted:
@@ -126,17 +127,13 @@ class ReviewView:
         self._pins = set(known)
 
     def _dragged(self, put: Callable[[np.ndarray], None], position: np.ndarray, event: Any) -> None:
-        """Goes as far as it was dragged, wherever it was held, and stays on the skin. position: (3,) where it stood."""
-        if event.phase != "end":
-            return
-        eye = np.asarray(event.client.camera.position) / VIEW
-        end = position + (np.asarray(event.end_position) - np.asarray(event.start_position)) / VIEW
-        place = self._skin.hit(eye, end - eye)
+        """position: (3,) where it stood."""
+        place = dragged_to(self._skin, position, event)
         if place is not None:
             put(place)
 
     def _frame(self, client: viser.ClientHandle) -> None:
-        _stand(client, framed(self._scan, self._computed.landmarks, client.camera.aspect))
+        stand(client, framed(self._scan, self._computed.landmarks, client.camera.aspect))
 
 
 def misfit_colours(gaps_mm: np.ndarray) -> np.ndarray:
@@ -171,8 +168,3 @@ def _moved(computed: Outcome, now: Outcome) -> set[AreaName]:
     return {
         name for name, area in now.areas.items() if not np.array_equal(area.position, computed.areas[name].position)
     }
-
-
-def _stand(client: viser.ClientHandle, camera: Camera) -> None:
-    client.camera.position = camera.position * VIEW
-    client.camera.look_at = camera.look_at * VIEW

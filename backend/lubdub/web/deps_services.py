@@ -20,6 +20,7 @@ from lubdub.cases.uploads import Uploads
 from lubdub.cases.webhooks import Webhooks
 from lubdub.cases.worklist import Worklist
 from lubdub.jobs.engine import JobEngine
+from lubdub.jobs.reference_marks import ReferenceMarks
 from lubdub.settings import Settings
 from lubdub.web.actions import CaseActions
 from lubdub.web.quotas import UploadQuotas
@@ -87,6 +88,10 @@ def _reviews(held: ServicesDep) -> Reviews:
     return held.reviews
 
 
+def _reference_marks(held: ServicesDep) -> ReferenceMarks:
+    return held.reference_marks
+
+
 def _embedding(held: ServicesDep) -> Embedding:
     return held.embedding
 
@@ -103,6 +108,7 @@ KeysDep = Annotated[Keys, Depends(_keys)]
 ListingDep = Annotated[CaseList, Depends(_listing)]
 WorklistDep = Annotated[Worklist, Depends(_worklist)]
 ReviewsDep = Annotated[Reviews, Depends(_reviews)]
+ReferenceMarksDep = Annotated[ReferenceMarks, Depends(_reference_marks)]
 EmbeddingDep = Annotated[Embedding, Depends(_embedding)]
 WebhooksDep = Annotated[Webhooks, Depends(_webhooks)]
 StaffDep = Annotated[Staff, Depends(_staff)]

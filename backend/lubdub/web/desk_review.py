@@ -168,7 +168,7 @@ class _Acting:
     ) -> None:
         self.case, self.by = case, by
         self._form, self._reviews, self._views, self._actions = form, reviews, views, actions
-        self._version = _number(said(form, "version"))
+        self._version = number_said(said(form, "version"))
 
     def do(self, action: str) -> bool:
         """Do it; True when the review is over with it. Raises Problem `bad-request`."""
@@ -202,7 +202,7 @@ class _Acting:
     def _move(self) -> bool:
         landmark = next((one for one in LANDMARK_NAMES if one == said(self._form, "landmark")), None)
         name = landmark or self._area()
-        left, up = (_number(said(self._form, way)) for way in ("left_mm", "up_mm"))
+        left, up = (number_said(said(self._form, way)) for way in ("left_mm", "up_mm"))
         place = self._views.nudge(self.case, self.by, name, left, up)
         if landmark is not None:
             self._reviews.move_landmark(self.by, self.case.id, self._version, landmark, place)
@@ -239,7 +239,8 @@ class _Acting:
         return Decision(code, said(self._form, "note"))
 
 
-def _number(text: str) -> int:
+def number_said(text: str) -> int:
+    """A whole number out of a form. Raises Problem `bad-request`."""
     try:
         return int(text)
     except ValueError as error:

@@ -10,12 +10,14 @@ from fastapi.responses import JSONResponse, Response
 from lubdub.web import (
     desk_account,
     desk_audit,
+    desk_body_view,
     desk_families,
     desk_holds,
     desk_join,
     desk_oidc,
     desk_passkeys,
     desk_people,
+    desk_references,
     desk_review,
     desk_sign_in,
     desk_view,
@@ -70,6 +72,7 @@ PARTS = (
     desk_holds,
     desk_worklist,
     desk_review,
+    desk_references,
 )
 for part in PARTS:
     router.include_router(part.router)
@@ -80,6 +83,7 @@ def install(app: FastAPI) -> None:
     app.include_router(router)
     app.include_router(view.router)
     app.include_router(desk_view.router)
+    app.include_router(desk_body_view.router)
     app.state.error_page = error_page
 
 

@@ -167,6 +167,7 @@ def install_problems(app: FastAPI) -> None:
         errors.WebhookNotFound,
         errors.DeliveryNotFound,
         errors.BadCursor,
+        errors.BodyNotFound,
         errors.WrongOffset,
         errors.IdempotencyMismatch,
         errors.NotAllowed,

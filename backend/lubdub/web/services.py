@@ -25,6 +25,7 @@ from lubdub.cases.webhooks import Webhooks
 from lubdub.cases.work import WorkDesk
 from lubdub.cases.worklist import Worklist
 from lubdub.jobs.engine import DbosEngine, JobEngine
+from lubdub.jobs.reference_marks import ReferenceMarks
 from lubdub.settings import Settings
 from lubdub.web.actions import CaseActions
 from lubdub.web.quotas import UploadQuotas
@@ -50,6 +51,7 @@ class Services:
     reviews: Reviews
     worklist: Worklist
     sharing: Sharing
+    reference_marks: ReferenceMarks
     privacy: Privacy
     desk: WorkDesk
     engine: JobEngine
@@ -95,6 +97,7 @@ def open_services(settings: Settings) -> Services:
         reviews=reviews,
         worklist=Worklist(database),
         sharing=Sharing(database),
+        reference_marks=ReferenceMarks(database, settings.own_references, lambda: settings.references),
         privacy=privacy,
         desk=WorkDesk(database, files),
         engine=engine,

@@ -1,5 +1,6 @@
-// The review page: buttons answer without a reload, the stream says when the review went on elsewhere or the picture was
-// lost, and the arrow keys move the area in hand along the skin. All words come from the server.
+// The review page, and the page on which a reference body is marked: buttons answer without a reload, the stream says
+// when things went on elsewhere or the picture was lost, and the arrow keys move the area in hand along the skin. All
+// words come from the server.
 import { follow, pause } from "/static/family/points/link.js";
 
 const review = document.getElementById("review");
@@ -9,7 +10,7 @@ const waiting = document.getElementById("frame-waiting");
 const lost = document.getElementById("frame-lost");
 const scale = document.getElementById("scale");
 const told = document.getElementById("told");
-const base = `/desk/cases/${review.dataset.case}`;
+const base = review.dataset.base;
 const asJson = { headers: { Accept: "application/json" } };
 
 const FIRST_MS = 60000;
