@@ -10,7 +10,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.benchmark import accuracy, damaged, paper_tables, repeat, stickers
+from lubdub.library.load import LibraryDamaged
+from lubdub.settings import Settings
+from tests.benchmark import accuracy, damaged, paper_tables, references, repeat, stickers
 from tests.benchmark.calibration import CALIBRATION
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.journey import JOURNEY
@@ -31,6 +33,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     repeat.REPEAT,
     SELECTION,
     PEERS_EXPERIMENT,
+    references.experiment(None),
     SPEED,
     stickers.STICKERS_EXPERIMENT,
 )
@@ -39,8 +42,14 @@ EXPERIMENTS: tuple[Experiment, ...] = (
 def main(arguments: Sequence[str]) -> int:
     """Run one experiment; returns the exit code."""
     by_name = {experiment.name: experiment for experiment in EXPERIMENTS}
-    typed = _parser().parse_args(arguments)
+    parser = _parser()
+    typed = parser.parse_args(arguments)
     experiment = by_name[typed.name]
+    if typed.name == "references":
+        try:
+            experiment = references.experiment(_own_folder(parser, typed.references))
+        except LibraryDamaged as fault:
+            parser.error(str(fault))
     report = run_experiment(experiment, typed.size or experiment.size, typed.seed, typed.out)
     for table in report.tables:
         sys.stdout.write(f"{table.markdown()}\n\n")
@@ -60,8 +69,21 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other people and other noise")
     parser.add_argument("--size", type=_count, help="how much of it; see below")
     parser.add_argument("--minutes", type=_count, dest="size", help="the same, for what is measured in minutes")
+    parser.add_argument(
+        "--references", type=Path, metavar="DIR", help="for `references`: the folder of one's own bodies and marks"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/benchmark"), metavar="DIR")
     return parser
+
+
+def _own_folder(parser: argparse.ArgumentParser, named: Path | None) -> Path:
+    """The folder that was named, or the service's own."""
+    folder = named or Settings().references
+    if folder is None:
+        parser.error(
+            "there are no reference bodies or marks of your own yet: add some, or name a folder (--references)"
+        )
+    return folder
 
 
 def _count(word: str) -> int:
