@@ -201,3 +201,17 @@ def test_our_own_codes_are_explained_to_everybody(service: Service) -> None:
     assert [concept["code"] for concept in system["concept"]] == ["aortic", "pulmonary", "tricuspid", "mitral"]
     for path in ("/fhir/CodeSystem/other", "/fhir/ConceptMap/listening-area-to-snomed"):
         assert http.get(path).status_code == 404
+
+
+def test_a_portal_hands_in_the_familys_separate_yes_and_takes_it_back(service: Service, manager: Portal) -> None:
+    case = manager.open_case()
+    where = f"/cases/{case}/sharing"
+    yes = {"version": "our words, 2", "language": "en", "given_at": "2026-01-02T03:04:05Z"}
+    assert manager.call("GET", where, 200).json() == {"agreed": None}
+    assert manager.call("PUT", where, 200, json=yes).json() == {"agreed": yes}
+    assert manager.call("GET", where, 200).json() == {"agreed": yes}
+    for wrong in ({"version": "1"}, yes | {"given_at": "yesterday"}, yes | {"given_at": "2026-01-02T03:04:05"}):
+        problem(manager.call("PUT", where, 422, json=wrong), "invalid-input")
+    problem(service.portal("elsewhere").call("PUT", where, 404, json=yes), "case-not-found")
+    assert manager.call("DELETE", where, 200).json() == {"agreed": None}
+    assert manager.call("GET", where, 200).json() == {"agreed": None}

@@ -66,6 +66,8 @@ rest: GET /api/v1/cases/{case_id}/scan, PUT /api/v1/cases/{case_id}/scan, GET /a
 rest: PUT /api/v1/cases/{case_id}/scan/unit, GET /api/v1/cases/{case_id}/sheet.pdf
 rest: GET /api/v1/cases/{case_id}/view.html, POST /api/v1/uploads, DELETE /api/v1/uploads/{upload_id}
 rest: HEAD /api/v1/uploads/{upload_id}, PATCH /api/v1/uploads/{upload_id}
+portal: GET /api/v1/cases/{case_id}/sharing, PUT /api/v1/cases/{case_id}/sharing
+portal: DELETE /api/v1/cases/{case_id}/sharing
 portal: POST /api/v1/cases/{case_id}/embed, GET /api/v1/embedding, PUT /api/v1/embedding, GET /api/v1/keys
 portal: POST /api/v1/keys, DELETE /api/v1/keys/{key_id}, POST /api/v1/keys/{key_id}/rotate, GET /api/v1/webhooks
 portal: POST /api/v1/webhooks, DELETE /api/v1/webhooks/{webhook_id}, GET /api/v1/webhooks/{webhook_id}

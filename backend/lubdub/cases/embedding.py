@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hmac
 import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from lubdub.cases import audit
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.errors import LinkSpent, StateConflict
+from lubdub.cases.files import FileVault
 from lubdub.cases.models import CaseRow, FamilySessionRow, LinkRow, TenantRow
 from lubdub.cases.people import TOKEN_BYTES, embedded_session, token_sha256
 from lubdub.cases.rows import find, to_value
@@ -46,11 +48,15 @@ class Embedded:
 
 
 class Embedding:
-    """The portal's side, and the link's."""
+    """The portal's side, and the link's.
 
-    def __init__(self, database: Database) -> None:
-        """Over an open database."""
-        self._database = database
+    A link's token names its organisation and its end and is signed over both: one that was made up, changed or is too
+    old is turned away before the database is asked. That it works once, and for which case, the database knows.
+    """
+
+    def __init__(self, database: Database, vault: FileVault) -> None:
+        """Over an open database and vault."""
+        self._database, self._vault = database, vault
 
     def origins(self, actor: Actor) -> tuple[str, ...]:
         """The origins whose pages may frame the portal's cases."""
@@ -70,7 +76,8 @@ class Embedding:
 
         Raises CaseNotFound, and StateConflict without origins, or for a result that is not there yet.
         """
-        token, moment = secrets.token_urlsafe(TOKEN_BYTES), now()
+        moment = now()
+        token = self._signed(actor.tenant_id, moment + LASTS)
         with self._database.writing() as session:
             row = find(session, actor, case_id, to_change=True)
             if not session.get_one(TenantRow, row.tenant_id).embed_origins:
@@ -97,6 +104,7 @@ class Embedding:
         Raises LinkSpent.
         """
         moment = now()
+        tenant = self._tenant_of(token, moment)
         query = sa.select(LinkRow).where(
             LinkRow.token_sha256 == token_sha256(token),
             LinkRow.purpose.in_(PURPOSES.values()),
@@ -106,7 +114,7 @@ class Embedding:
         with self._database.writing() as session:
             link = session.scalar(query.with_for_update())
             row = None if link is None else session.get(CaseRow, link.case_id, with_for_update=True)
-            if link is None or row is None or row.deleted_at is not None:
+            if link is None or row is None or row.deleted_at is not None or row.tenant_id != tenant:
                 raise LinkSpent("embed")
             link.used_at = moment
             portal = session.get_one(TenantRow, row.tenant_id)
@@ -118,6 +126,20 @@ class Embedding:
                 actor = opened.actor
             audit.append(self._database, session, actor, "embed.take", row.id, moment)
             return Embedded(to_value(session, row), actor, tuple(portal.embed_origins or ()), opened)
+
+    def _signed(self, tenant: str, until: datetime) -> str:
+        words = f"{tenant}.{int(until.timestamp())}.{secrets.token_urlsafe(TOKEN_BYTES)}"
+        return f"{words}.{self._vault.signature(words)}"
+
+    def _tenant_of(self, token: str, moment: datetime) -> str:
+        """The organisation whose link it is. Raises LinkSpent for a token that is not signed, or is too old."""
+        words, _, signed = token.rpartition(".")
+        if not hmac.compare_digest(signed.encode(), self._vault.signature(words).encode()):
+            raise LinkSpent("embed")
+        tenant, until, _ = words.split(".")
+        if int(until) <= moment.timestamp():
+            raise LinkSpent("embed")
+        return tenant
 
 
 def _new_session(session: Session, portal: TenantRow, moment: datetime) -> FamilySession:

@@ -20,7 +20,7 @@ from lubdub.cases.key_chain import KeyChain
 from lubdub.cases.master_key import NamesMasterKey
 from lubdub.cases.models import FileRow
 from lubdub.cases.object_store import open_store
-from lubdub.cases.sealing import FrameSealer, open_frames, unwrap_key, wrap_key
+from lubdub.cases.sealing import FrameSealer, open_frames, signature, unwrap_key, wrap_key
 
 Artefact = Literal[
     "scan",
@@ -175,6 +175,10 @@ class FileVault:
     def unsealed_note(self, about: str, sealed: bytes) -> bytes:
         """The bytes back. Raises SealBroken when they were changed or belong elsewhere."""
         return unwrap_key(self.keys.notes, sealed, about)
+
+    def signature(self, words: str) -> str:
+        """What only this service can say of these words."""
+        return signature(self.keys.notes, words)
 
     def new_wrapped_key(self, case_id: str) -> bytes:
         """A fresh data key for a new case, sealed under the master key."""

@@ -61,6 +61,12 @@ def manifest_mac(backup_key: bytes, manifest: bytes) -> str:
     return hmac.new(mac_key, manifest, hashlib.sha256).hexdigest()
 
 
+def signature(secret: bytes, words: str) -> str:
+    """What only a holder of the secret can say of these words; hexadecimal."""
+    key = HKDF(SHA256(), KEY_BYTES, salt=None, info=b"lubdub link 1").derive(secret)
+    return hmac.new(key, words.encode(), hashlib.sha256).hexdigest()
+
+
 class FrameSealer:
     """Turns a stream of bytes into sealed frames; feed it with `add`, end it with `last`."""
 

@@ -7,7 +7,8 @@ The desk: `ClinicianDep` (who is signed in; else pages lead to the sign-in page,
 `LeadDep`, `AdministratorDep` or `role(...)` (the same with at least that role, else 403), `DeskGuard` (in the
 `dependencies` of everything that changes), `VisitorDep` and `VisitorGuard` for pages before signing in.
 REST: `ReaderDep`, `WriterDep` (the actor: a portal's key with the scope, or a family's own session); for what only
-portals have `KeyManagerDep`, `WebhookManagerDep`, `PortalWriterDep`.
+portals have `KeyManagerDep`, `WebhookManagerDep`, `PortalReaderDep`,
+`PortalWriterDep`.
 All services: `StoreDep`, `ReviewsDep`, `DraftsDep`, `FilesDep`, `ActionsDep`, `EngineDep`, `SettingsDep`.
 """
 
@@ -77,6 +78,7 @@ __all__ = [
     "LinksDep",
     "ListingDep",
     "ManagerScopesDep",
+    "PortalReaderDep",
     "PortalWriterDep",
     "QuotasDep",
     "ReaderDep",
@@ -194,6 +196,7 @@ def _portal(request: Request, held: ServicesDep, needed: SecurityScopes, shown: 
 
 KeyManagerDep = Annotated[Actor, Security(_portal, scopes=["keys:manage"])]
 WebhookManagerDep = Annotated[Actor, Security(_portal, scopes=["webhooks:manage"])]
+PortalReaderDep = Annotated[Actor, Security(_portal, scopes=["cases:read"])]
 PortalWriterDep = Annotated[Actor, Security(_portal, scopes=["cases:write"])]
 
 

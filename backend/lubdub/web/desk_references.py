@@ -181,6 +181,7 @@ def _panel_facts(request: Request, told: MarkedBody, current: AreaName | None) -
         "upcoming": words.upcoming(current),
         "landmarks": words.landmarks(),
         "is_open": not told.is_closed,
+        "is_agreed": told.spread_mm is not None,
         "is_mine": bool(told.mine.handed_in_at),
         "can_undo": bool(told.mine.steps),
         "version": told.mine.version,

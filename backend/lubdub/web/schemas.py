@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat
 
+from lubdub.cases.sharing import SharingYes
 from lubdub.cases.states import Status
 from lubdub.cases.values import Answer, Case, Consent, NewCase, Receipt
 from lubdub.web.pages_samples import Sample
@@ -52,6 +53,31 @@ class ConsentIn(Strict):
     def to_value(self) -> Consent:
         """As the store takes it."""
         return Consent(self.version, self.language, self.given_at, self.child)
+
+
+class SharingIn(Strict):
+    """The family's separate yes, which you hold: the bare shape of the chest may be kept as a reference body."""
+
+    version: str = Field(min_length=1, max_length=100, description="Of the words that were agreed to.")
+    language: str = Field(min_length=2, max_length=35, description="In which they were read, such as `en`.")
+    given_at: AwareDatetime
+
+    def to_value(self) -> SharingYes:
+        """As the store takes it."""
+        return SharingYes(self.version, self.language, self.given_at)
+
+
+class SharingOut(BaseModel):
+    """The yes as it is kept, or null when nobody has agreed or it was taken back."""
+
+    agreed: SharingIn | None
+
+    @staticmethod
+    def of(yes: SharingYes | None) -> SharingOut:
+        """From the store's value."""
+        if yes is None:
+            return SharingOut(agreed=None)
+        return SharingOut(agreed=SharingIn(version=yes.version, language=yes.language, given_at=yes.given_at))
 
 
 class CaseIn(Strict):

@@ -71,7 +71,11 @@ class QualityOut(Exact):
 
 
 class CorrectedAreaOut(Exact):
-    """Where a clinician put an area, on the cleaned skin (`scan.ply`); the computed one stays in `areas`."""
+    """Where a clinician put an area, on the cleaned skin (`scan.ply`); the computed one stays in `areas`.
+
+    Of a mesh up to 40,000 vertices that is the file's own surface. Of points it is a smooth skin through them: 2 mm off
+    the nearest one in the middle, 8 mm at most, on a depth frame whose own noise is as large.
+    """
 
     position: Place
     normal: Direction

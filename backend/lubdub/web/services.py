@@ -90,7 +90,7 @@ def open_services(settings: Settings) -> Services:
         keys=Keys(database, people),
         webhooks=Webhooks(database, files),
         staff=open_staff(database, files, _times(settings)),
-        embedding=Embedding(database),
+        embedding=Embedding(database, files),
         drafts=Drafts(database, files),
         uploads=uploads,
         links=Links(database),

@@ -1,0 +1,63 @@
+"""Links into a portal's page: signed, and turned away without asking the database when they are not ours."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from lubdub.cases.embedding import Embedding
+from lubdub.cases.errors import LinkSpent
+from lubdub.cases.files import FileVault
+from tests.cases.conftest import Room, girl_of_six
+
+
+class NoDatabase:
+    """Whoever asks it fails."""
+
+    def writing(self) -> None:
+        raise AssertionError("the database was asked")
+
+
+def offered(room: Room) -> tuple[Embedding, str]:
+    embedding, portal = Embedding(room.database, room.vault), room.portal()
+    embedding.set_origins(portal, ["https://portal.example"])
+    case, _ = room.store.create(portal, girl_of_six())
+    return embedding, embedding.offer(portal, case.id, "journey").token
+
+
+def test_a_link_works_once(room: Room) -> None:
+    embedding, token = offered(room)
+    assert embedding.take(token).session is not None
+    with pytest.raises(LinkSpent):
+        embedding.take(token)
+
+
+@pytest.mark.parametrize("part", [0, 1, 2, 3], ids=["organisation", "end", "secret", "signature"])
+def test_a_token_changed_anywhere_never_reaches_the_database(room: Room, part: int) -> None:
+    _, token = offered(room)
+    parts = token.split(".")
+    parts[part] = re.sub("^.", "1" if parts[part][0] == "0" else "0", parts[part])
+    nowhere = Embedding(NoDatabase(), room.vault)  # type: ignore[arg-type]
+    for forged in (".".join(parts), token[:-1], "", "....", "made-up", "\u00e9.1.2.3"):
+        with pytest.raises(LinkSpent):
+            nowhere.take(forged)
+
+
+def test_a_token_of_another_service_or_one_too_old_never_reaches_the_database(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, token = offered(room)
+    other = FileVault(room.database, (room.folder / "others").as_uri(), room.folder / "other.key")
+    with pytest.raises(LinkSpent):
+        Embedding(NoDatabase(), other).take(token)  # type: ignore[arg-type]
+    until = int(token.split(".")[1])
+
+    class Later:
+        @staticmethod
+        def timestamp() -> float:
+            return float(until)
+
+    monkeypatch.setattr("lubdub.cases.embedding.now", Later)
+    with pytest.raises(LinkSpent):
+        Embedding(NoDatabase(), room.vault).take(token)  # type: ignore[arg-type]
