@@ -69,6 +69,10 @@ class ReferenceMarks:
         shown = [card for card in cards(folder) if not card.get("disabled") and self._is_shown(by.actor, card)]
         return [self._told(by, card, [one for one in marks if one.body == card["id"]]) for card in shown]
 
+    def names(self) -> frozenset[str]:
+        """The bodies that serve, for whoever they are."""
+        return frozenset(card["id"] for card in cards(self._references()) if not card.get("disabled"))
+
     def body(self, by: Reviewer, name: str) -> Reference:
         """The body without any marks of people; its own areas are not to be shown."""
         self._card(by.actor, name)

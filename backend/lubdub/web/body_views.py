@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 from collections import Counter
 from contextlib import suppress
@@ -21,7 +20,6 @@ from lubdub.views.marking_areas import AreaMarkingView
 from lubdub.views.scene import Sides, trunk_mm
 from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
 
-REAP_EVERY_S = 60.0
 MOST_MM = 40.0
 """One call moves an area no further than this."""
 HANDLE_MM = 8.0
@@ -139,11 +137,18 @@ class BodyViews:
         """Stop every view. Off the event loop only."""
         self._registry.close_all()
 
-    async def reap_for_ever(self) -> None:
-        """Stop views nobody looks at, until cancelled."""
-        while True:
-            await asyncio.sleep(REAP_EVERY_S)
-            await asyncio.to_thread(self._registry.reap)
+    def reap(self) -> None:
+        """Stop views nobody looks at. Off the event loop only."""
+        self._registry.reap()
+
+    def look_again(self) -> None:
+        """Stop views of bodies that serve no more. Off the event loop only."""
+        shown = self._registry.ids()
+        if shown:
+            serving = self._marks.names()
+            for key in shown:
+                if key.partition(".")[0] not in serving:
+                    self._registry.close(key)
 
     def _build(self, reference: Reference, by: Reviewer, server: LiveServer, sides: Sides) -> Marking:
         body = Body.of(reference)

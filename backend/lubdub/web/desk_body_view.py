@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, FastAPI, Request, WebSocket
@@ -18,6 +17,7 @@ from lubdub.views.proxy_rules import ViewerRole
 from lubdub.web.body_views import BodyViews
 from lubdub.web.deps import ClinicianDep, KnownClinicianDep, ReferenceMarksDep, ServicesDep
 from lubdub.web.desk_view import reviewer
+from lubdub.web.following import following
 from lubdub.web.pages_look import sides_of
 from lubdub.web.view import NOT_FOR_YOU, WindowName, is_own_origin, join, live_answer
 
@@ -26,12 +26,8 @@ from lubdub.web.view import NOT_FOR_YOU, WindowName, is_own_origin, join, live_a
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     views = BodyViews(app.state.services.reference_marks)
     app.state.body_views = views
-    reaper = asyncio.create_task(views.reap_for_ever())
-    yield
-    reaper.cancel()
-    with suppress(asyncio.CancelledError):
-        await reaper
-    await asyncio.to_thread(views.close_all)
+    async with following(views):
+        yield
 
 
 router = APIRouter(include_in_schema=False, lifespan=_lifespan)

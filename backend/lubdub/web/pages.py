@@ -89,7 +89,7 @@ def install(app: FastAPI) -> None:
 
 def install_views(app: FastAPI) -> None:
     """Put in the live views alone, with the pages that stand around them and must be served by the same process."""
-    for part in (pages_points, desk_review, view, desk_view):
+    for part in (pages_points, desk_review, desk_references, view, desk_view, desk_body_view):
         app.include_router(part.router)
     app.state.error_page = error_page
 
