@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from lubdub.cases.database import Database
 from lubdub.cases.embedding import Embedding
 from lubdub.cases.errors import LinkSpent
 from lubdub.cases.files import FileVault
@@ -48,7 +49,8 @@ def test_a_token_of_another_service_or_one_too_old_never_reaches_the_database(
     room: Room, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _, token = offered(room)
-    other = FileVault(room.database, (room.folder / "others").as_uri(), room.folder / "other.key")
+    database = Database(f"sqlite:///{room.folder / 'other.sqlite'}")
+    other = FileVault(database, (room.folder / "others").as_uri(), room.folder / "other.key")
     with pytest.raises(LinkSpent):
         Embedding(NoDatabase(), other).take(token)  # type: ignore[arg-type]
     until = int(token.split(".")[1])
