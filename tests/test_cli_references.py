@@ -115,6 +115,17 @@ def test_without_a_folder_of_its_own_a_service_keeps_its_bodies_with_its_data(
     assert (code, err.count("\n")) == (2, 1)
 
 
+def test_many_machines_need_a_folder_that_they_share(
+    clinic: Clinic, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("LUBDUB_REFERENCES_DIR")
+    monkeypatch.setenv("LUBDUB_STORE_URL", "s3://scans")
+    assert "girl-06  serves" in run(capfd, "list")[1]
+    code, _, err = run(capfd, "disable", "girl-06")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "LUBDUB_REFERENCES_DIR" in err
+
+
 def test_marks_are_listed_with_their_spread_and_withdrawn(
     clinic: Clinic, capfd: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

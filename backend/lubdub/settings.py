@@ -185,15 +185,22 @@ class SettingsTable(BaseSettings):
         return MasterKeyNamed(file, self.master_key.get_secret_value(), self.master_key_command)
 
     @property
-    def own_references(self) -> Path:
-        """Folder of reference bodies and marks of one's own, whether there are any or not."""
+    def own_references(self) -> Path | None:
+        """Folder of reference bodies and marks of one's own, whether there are any or not.
+
+        None where no folder was named and files go to a store of many machines: data_dir is then each machine's own.
+        """
+        if self.references_dir is None and not self.store.startswith("file:"):
+            return None
         return (self.references_dir or self.data_dir / "references").resolve()
 
     @property
     def references(self) -> Path | None:
         """The folder to load reference bodies from now; None for the project's own."""
-        folder = self.own_references
-        return folder if self.references_dir is not None or folder.is_dir() else None
+        if self.references_dir is not None:
+            return self.references_dir.resolve()
+        own = self.own_references
+        return own if own is not None and any((own / part).is_dir() for part in ("bodies", "marks")) else None
 
     def to_environment(self) -> dict[str, str]:
         """The same settings as environment variables, for a process started beside this one."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
@@ -20,13 +21,19 @@ pytestmark = pytest.mark.browser
 BODY = "man-25"
 
 
+def folder_of(service: Service) -> Path:
+    folder = service.settings.own_references
+    assert folder is not None
+    return folder
+
+
 @pytest.fixture
 def room(product: Service, browser: Browser) -> Iterator[Room]:
     made = Room(product, browser)
     yield made
     for context in made.contexts:
         context.close()
-    for path in (product.settings.own_references / "marks").glob("*/*.json"):
+    for path in (folder_of(product) / "marks").glob("*/*.json"):
         path.unlink()
 
 
@@ -53,10 +60,10 @@ def test_a_body_is_marked_by_a_tap_and_by_keys_handed_in_and_withdrawn(room: Roo
     stands(page)
     page.keyboard.press("Enter")
     page.wait_for_url(re.compile("/desk/references$"), timeout=WORK_MS)
-    (marks,) = read_marks(product.settings.own_references, BODY)
+    (marks,) = read_marks(folder_of(product), BODY)
     assert marks.handed_in_at
     page.goto(f"/desk/references/{BODY}")
     stands(page)
     page.locator("#withdraw").click()
     page.wait_for_url(re.compile("/desk/references$"), timeout=WORK_MS)
-    assert read_marks(product.settings.own_references, BODY) == []
+    assert read_marks(folder_of(product), BODY) == []

@@ -27,7 +27,9 @@ ZSTD = b"\x28\xb5\x2f\xfd"
 
 
 def folder_of(service: Service) -> Path:
-    return service.settings.own_references
+    folder = service.settings.own_references
+    assert folder is not None
+    return folder
 
 
 @pytest.fixture

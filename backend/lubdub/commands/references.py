@@ -78,7 +78,7 @@ def _add(typed: argparse.Namespace) -> int:
     from lubdub.library.load import LibraryDamaged
     from lubdub.library.own import add_body
 
-    folder = _settings().own_references
+    folder = _own_folder()
     try:
         name = add_body(folder, _signed_body(typed.case))
     except CaseNotFound as fault:
@@ -126,7 +126,7 @@ def _signed_body(case_id: str) -> Any:
 def _disable(typed: argparse.Namespace) -> int:
     from lubdub.library.own import disable
 
-    if not disable(_settings().own_references, typed.id):
+    if not disable(_own_folder(), typed.id):
         raise CommandFault(f"There is no reference body {typed.id}.")
     say(f"{typed.id} serves no more.")
     return 0
@@ -136,7 +136,9 @@ def _check(typed: argparse.Namespace) -> int:
     from lubdub.library.load import LibraryDamaged
     from lubdub.library.own import check
 
-    _remove_without_consent(_settings().own_references)
+    own = _settings().own_references
+    if own is not None:
+        _remove_without_consent(own)
     try:
         found = check(_settings().references)
     except LibraryDamaged as fault:
@@ -166,3 +168,10 @@ def _settings() -> Any:
     from lubdub.commands.service import read_settings
 
     return read_settings({})
+
+
+def _own_folder() -> Path:
+    folder: Path | None = _settings().own_references
+    if folder is None:
+        raise CommandFault("Name a folder that all machines share with LUBDUB_REFERENCES_DIR; the shipped bodies stay.")
+    return folder

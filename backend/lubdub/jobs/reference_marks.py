@@ -54,13 +54,19 @@ class MarkedBody:
 class ReferenceMarks:
     """The marks of this installation. Raises BodyNotFound for bodies that are not there, or of other organisations.
 
-    own: the folder that keeps them; references: tells the folder that bodies are loaded from.
+    own: the folder that keeps them, None where there is none: nothing can be marked then.
+    references: tells the folder that bodies are loaded from.
     """
 
-    def __init__(self, database: Database, own: Path, references: Callable[[], Path | None]) -> None:
+    def __init__(self, database: Database, own: Path | None, references: Callable[[], Path | None]) -> None:
         self._database, self._sharing = database, Sharing(database)
         self._own, self._references = own, references
         self._lock = threading.Lock()
+
+    @property
+    def can_keep(self) -> bool:
+        """Whether this installation has a folder for marks."""
+        return self._own is not None
 
     def list_all(self, by: Reviewer) -> list[MarkedBody]:
         """Every body the clinician may mark, as they stand."""
@@ -122,7 +128,7 @@ class ReferenceMarks:
             if len(marks.areas) < len(AREA_NAMES):
                 raise StateConflict("Mark all four areas first.")
             handed = replace(marks, by_name=by.name, version=marks.version + 1, handed_in_at=now().isoformat())
-            write_marks(self._own, handed)
+            write_marks(self._folder(), handed)
 
     def withdraw(self, by: Reviewer, name: str) -> None:
         """Take one's own marks away."""
@@ -135,9 +141,14 @@ class ReferenceMarks:
 
     def _drop(self, actor: Actor, name: str, person: str, detail: str) -> None:
         with self._database.writing() as session:
-            if not drop_marks(self._own, name, person):
+            if not drop_marks(self._folder(), name, person):
                 raise StateConflict("There are no such marks.")
             audit.append(self._database, session, actor, "reference.withdraw", None, now(), detail)
+
+    def _folder(self) -> Path:
+        if self._own is None:
+            raise StateConflict("This installation has no folder for marks: name one with LUBDUB_REFERENCES_DIR.")
+        return self._own
 
     def _note(self, session: Session, actor: Actor, action: str, name: str) -> None:
         audit.append(self._database, session, actor, action, None, now(), name)
@@ -145,7 +156,7 @@ class ReferenceMarks:
     def _change(self, by: Reviewer, name: str, version: int, how: Callable[[AreaMarks], AreaMarks]) -> AreaMarks:
         with self._lock:
             changed = how(_open(self.told(by, name), version))
-            write_marks(self._own, changed)
+            write_marks(self._folder(), changed)
             return changed
 
     def _told(self, by: Reviewer, card: dict[str, Any], marks: list[AreaMarks]) -> MarkedBody:

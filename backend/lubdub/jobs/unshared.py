@@ -8,9 +8,9 @@ from lubdub.cases.sharing import Sharing
 from lubdub.library.own import cards, remove
 
 
-def remove_unshared(sharing: Sharing, folder: Path) -> list[str]:
+def remove_unshared(sharing: Sharing, folder: Path | None) -> list[str]:
     """The ids of the bodies removed from a folder of one's own; the shipped bodies rest on nobody's consent."""
-    if not (folder / "bodies").is_dir():
+    if folder is None or not (folder / "bodies").is_dir():
         return []
     gone = [card["id"] for card in cards(folder) if "case" in card and not sharing.still_shared(card["case"])]
     for name in gone:

@@ -83,7 +83,7 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
         cpu_s=settings.job_cpu_s,
         wall_s=settings.job_wall_s,
         file_mb=settings.job_output_mb,
-        readable=(str(settings.own_references),),
+        readable=() if settings.own_references is None else (str(settings.own_references),),
     )
     workbench = Workbench(desk, vault, forks, JobSettings(limits, tasks or TaskNames(), lambda: settings.references))
     stopping = threading.Event()

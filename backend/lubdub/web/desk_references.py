@@ -39,7 +39,7 @@ router = APIRouter(include_in_schema=False)
 def bodies(request: Request, session: ClinicianDep, marks: ReferenceMarksDep) -> Response:
     """Every body, who placed its areas, and how far the clinician's own marks are."""
     rows = [BodyWords(request, told).row() for told in marks.list_all(reviewer(session))]
-    return show(request, "clinician/references/references.html", session, rows=rows)
+    return show(request, "clinician/references/references.html", session, rows=rows, can_keep=marks.can_keep)
 
 
 @router.get(ONE)
