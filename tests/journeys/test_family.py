@@ -21,6 +21,7 @@ from tests.journeys.steps import (
     choose,
     confirm_size,
     expect_marked,
+    leads_on,
     middle_of_view,
     place_on_page,
     reload_shows_the_same,
@@ -43,14 +44,14 @@ def test_a_sample_leads_to_four_places_on_a_phone(open_page: OpenPage) -> None:
 
     page.goto("/")
     stands(page)
-    page.locator(".samples button").first.click()
-    page.wait_for_url(re.compile("/checking$"))
-    stands(page)
+    with leads_on(page):
+        page.locator(".samples button").first.click()
     page.wait_for_url(re.compile("/size$"), timeout=WORK_MS)
     is_good()
     confirm_size(page)
     is_good()
-    page.get_by_role("button", name="Find the four places").first.click()
+    with leads_on(page):
+        page.get_by_role("button", name="Find the four places").first.click()
     page.wait_for_url(re.compile("/result$"), timeout=WORK_MS)
     is_good()
     for place in ("1. Aortic", "2. Pulmonary", "3. Tricuspid", "4. Mitral"):
@@ -59,9 +60,11 @@ def test_a_sample_leads_to_four_places_on_a_phone(open_page: OpenPage) -> None:
     picture = page.frame_locator("#view")
     expect(picture.locator("canvas").first).to_be_visible(timeout=DRAWN_MS)
     expect(picture.locator(".mantine-Paper-root:visible")).to_have_count(0)
-    page.locator("main").get_by_role("link", name="Delete everything").click()
+    with leads_on(page):
+        page.locator("main").get_by_role("link", name="Delete everything").click()
     is_good()
-    page.get_by_role("button", name="Yes, delete everything").click()
+    with leads_on(page):
+        page.get_by_role("button", name="Yes, delete everything").click()
     expect(page.get_by_role("heading", name="Everything is deleted")).to_be_visible()
     is_good()
 

@@ -18,6 +18,7 @@ from tests.journeys.steps import (
     choose,
     go_on,
     keep_picture,
+    leads_on,
     reload_shows_the_same,
     small_targets,
     stands,
@@ -36,7 +37,8 @@ def on_every_page(page: Page, see: Callable[[], None]) -> None:
     """From the first page to where a scan is sent, looking at each page."""
     page.goto("/")
     see()
-    page.get_by_role("button", name="None of these: start").click()
+    with leads_on(page):
+        page.get_by_role("button", name="None of these: start").click()
     see()
     choose(page, "My child")
     see()
@@ -51,11 +53,14 @@ def on_every_page(page: Page, see: Callable[[], None]) -> None:
     see()
     choose(page, "Yes, that is OK")
     see()
-    page.get_by_role("button", name="KIRI Engine").click()
+    with leads_on(page):
+        page.get_by_role("button", name="KIRI Engine").click()
     see()
-    page.get_by_role("button", name="Next: get ready").click()
+    with leads_on(page):
+        page.get_by_role("button", name="Next: get ready").click()
     see()
-    page.get_by_role("button", name="The scan is made: continue").click()
+    with leads_on(page):
+        page.get_by_role("button", name="The scan is made: continue").click()
     page.wait_for_url(re.compile("/scan$"))
 
 
@@ -104,7 +109,8 @@ def test_back_shows_the_answer_and_going_on_again_works(open_page: OpenPage) -> 
     answer_who(page)
     page.go_back()
     expect(page.get_by_label("girl or woman")).to_be_checked()
-    page.get_by_role("link", name="Back").click()
+    with leads_on(page):
+        page.get_by_role("link", name="Back").click()
     expect(page.get_by_label("Years")).to_have_value("6")
     page.get_by_label("Years").fill("7")
     go_on(page)
@@ -126,7 +132,8 @@ def test_two_tabs_share_one_set_of_answers(open_page: OpenPage) -> None:
     answer_who(first)
     second = first.context.new_page()
     second.goto("/")
-    second.get_by_role("link", name="Your answers so far").click()
+    with leads_on(second):
+        second.get_by_role("link", name="Your answers so far").click()
     expect(second.locator("#heart_on_right")).to_be_visible()
     choose(second, "No")
     choose(first, "No")
@@ -143,7 +150,8 @@ def test_a_closed_tab_is_continued_and_one_may_start_anew(open_page: OpenPage) -
     page.close()
     again.goto("/")
     stands(again)
-    again.get_by_role("button", name="None of these signs: start anew").click()
+    with leads_on(again):
+        again.get_by_role("button", name="None of these signs: start anew").click()
     expect(again.get_by_label("My child")).not_to_be_checked()
 
 
@@ -153,7 +161,8 @@ def test_a_clear_yes_stops_kindly_and_can_be_taken_back(open_page: OpenPage) -> 
     choose(page, "Yes")
     expect(page.get_by_role("heading", name="We stop here, to be safe")).to_be_visible()
     stands(page)
-    page.get_by_role("button", name="I made a mistake: go back").click()
+    with leads_on(page):
+        page.get_by_role("button", name="I made a mistake: go back").click()
     choose(page, "No")
     expect(page.locator("#chest_operation_or_device")).to_be_visible()
 

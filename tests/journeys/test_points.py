@@ -17,8 +17,10 @@ from tests.journeys.home import Home
 from tests.journeys.steps import (
     WORK_MS,
     expect_marked,
+    leads_on,
     middle_of_view,
     send,
+    soon,
     stands,
     wait_for_body,
 )
@@ -33,7 +35,8 @@ def test_the_two_bones_are_taught_first_on_a_page_that_stands(home: Home, child_
     page.wait_for_url(re.compile("/size$"), timeout=WORK_MS)
     page.get_by_label("Yes, about right").check()
     page.get_by_label("Yes, that is the left side").check()
-    page.get_by_role("button", name="Continue").click()
+    with leads_on(page):
+        page.get_by_role("button", name="Continue").click()
     expect(page.get_by_role("heading", name="First, feel two bones with a finger")).to_be_visible()
     page.get_by_text("Use stickers").click()
     expect(page.get_by_role("link", name="Sticker sheet for A4 paper")).to_be_visible()
@@ -58,11 +61,28 @@ def at_rest(page: Page) -> None:
 
 
 def pin(page: Page, colour: tuple[int, int, int], number: bool = False) -> tuple[float, float]:
-    """Where a ball of about this colour is drawn, as page coordinates; or the number above it."""
+    """Where a ball of about this colour comes to be drawn, as page coordinates; or the number above it."""
+    drawn: tuple[float, float] = soon(page, lambda: pin_now(page, colour, number), "a pin")
+    return drawn
+
+
+def expect_pin_at(page: Page, colour: tuple[int, int, int], across: float, down: float | None = None) -> None:
+    """The ball of this colour comes to be drawn there, to a few pixels."""
+
+    def is_there() -> bool:
+        drawn = pin_now(page, colour)
+        return drawn is not None and abs(drawn[0] - across) < 9 and (down is None or abs(drawn[1] - down) < 9)
+
+    soon(page, is_there, f"the pin at {across, down}")
+
+
+def pin_now(page: Page, colour: tuple[int, int, int], number: bool = False) -> tuple[float, float] | None:
+    """Where the picture as it is now has such a ball or number."""
     picture = np.asarray(Image.open(io.BytesIO(page.locator("#frame").screenshot())).convert("RGB"), float)
     blobs, count = label(np.linalg.norm(picture - colour, axis=2) < 40)
     blobs_of_size = [np.argwhere(blobs == n) for n in range(1, count + 1) if (blobs == n).sum() > 25]
-    assert blobs_of_size, "no pin is drawn"
+    if not blobs_of_size:
+        return None
     pick = min if number else max
     down, across = pick((blob.mean(axis=0) for blob in blobs_of_size), key=lambda middle: float(middle[0]))
     found = across / picture.shape[1], down / picture.shape[0]
@@ -104,15 +124,11 @@ def test_a_pin_is_dragged_to_its_place_and_nothing_else_moves(home: Home, child_
     press(*middle_of_view(page, 0.5, 0.3))
     expect_marked(page, 1)
     before = page.locator("#frame").bounding_box()
-    page.wait_for_timeout(1500)  # the pin is drawn
     start = pin(page, TEAL)
     end = (start[0] + 25, start[1] + 30)
     held = pin(page, TEAL, number=True) if size == "phone" else start
     (drag_by_finger if size == "phone" else drag_by_mouse)(page, held, (held[0] + 25, held[1] + 30))
-    page.wait_for_timeout(2500)  # the pin is drawn where it was let go
-    there = pin(page, TEAL)
-    assert abs(there[0] - end[0]) < 9
-    assert abs(there[1] - end[1]) < 9
+    expect_pin_at(page, TEAL, *end)
     assert page.locator("#frame").bounding_box() == before
     expect_marked(page, 1)
 
@@ -129,17 +145,14 @@ def test_a_point_is_placed_and_corrected_with_the_keyboard_alone(home: Home, chi
         page.keyboard.press("ArrowUp")
     page.keyboard.press("Enter")
     expect_marked(page, 1)
-    page.wait_for_timeout(1500)  # the pin is drawn
-    first = pin(page, TEAL)
+    # The crosshair stays in the middle; the pin leaves it as the body turns, and comes to it.
+    middle, _ = middle_of_view(page)
+    expect_pin_at(page, TEAL, middle)
     for _ in range(6):
         page.keyboard.press("ArrowLeft")
+    soon(page, lambda: abs(pin(page, TEAL)[0] - middle) > 9, "the pin beside the crosshair")
     page.keyboard.press("Enter")
-    page.wait_for_timeout(2500)  # the pin is drawn anew
-    # The crosshair stays in the middle; the pin comes to it.
-    middle = middle_of_view(page)
-    now = pin(page, TEAL)
-    assert abs(now[0] - middle[0]) < 9
-    assert abs(first[0] - middle[0]) < 9
+    expect_pin_at(page, TEAL, middle)
     press_until_focused(page, page.get_by_role("button", name="It is right: next"))
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="Feel the lower end of the breastbone")).to_be_visible()

@@ -21,7 +21,7 @@ from lubdub.results import AREA_NAMES
 from lubdub.web.openapi import openapi_json
 from lubdub.web.pages_samples import all_samples
 from tests.journeys.example_portal import ExamplePortal, example_portal
-from tests.journeys.steps import WORK_MS
+from tests.journeys.steps import WORK_MS, leads_on, soon
 from tests.snippets import snippet
 from tests.strangers import fhir_faults, python_client
 from tests.web.service import Service, eventually, free_port
@@ -122,7 +122,8 @@ def portal(product: Service) -> Iterator[ExamplePortal]:
 def test_a_portal_shows_the_whole_journey_in_its_page(portal: ExamplePortal, browser: Browser) -> None:
     page = browser.new_page()
     page.goto(portal.address)
-    page.get_by_role("button", name="New visit").click()
+    with leads_on(page):
+        page.get_by_role("button", name="New visit").click()
     case = page.url.rsplit("/", 1)[1]
     inside, state = page.frame_locator("#lubdub"), page.locator("#state")
     expect(state).to_have_text("awaiting_scan")
@@ -142,7 +143,7 @@ def test_a_portal_shows_the_whole_journey_in_its_page(portal: ExamplePortal, bro
     page.goto(f"{portal.address}/visits/{case}/result")
     expect(state).to_have_text("done")
     expect(inside.get_by_role("heading", name="Listen in this order")).to_be_visible()
-    assert page.locator("#lubdub").evaluate("e => e.clientHeight") > 400
+    page.wait_for_function("document.getElementById('lubdub').clientHeight > 400")
     bundle = portal.lubdub.get(f"/cases/{case}/fhir").json()
     assert bundle["meta"]["tag"][0]["code"] == "HTEST"
     page.close()
@@ -158,7 +159,7 @@ def test_a_page_of_somebody_else_cannot_frame_the_case(portal: ExamplePortal, br
     page.set_content(portal.frame.replace("LINK", link))
     page.wait_for_load_state("networkidle")
     expect(page.locator("#state")).to_have_text("")
-    assert page.frames[-1].url.startswith("chrome-error:")
+    soon(page, lambda: page.frames[-1].url.startswith("chrome-error:"), "the browser's refusal in the frame")
     page.close()
 
 

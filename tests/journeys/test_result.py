@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from lubdub.results import AREA_NAMES, Reason
 from lubdub.views.stickers import AREA_STYLES
 from tests.journeys.conftest import DRAWN_MS
 from tests.journeys.home import Home
-from tests.journeys.steps import WORK_MS, stands
+from tests.journeys.steps import WORK_MS, leads_on, soon, stands
 from tests.views import sample
 from tests.web.service import Service
 
@@ -50,9 +50,14 @@ def eye(frame: Frame) -> list[float]:
     return [float(value) for value in str(frame.evaluate("document.documentElement.dataset.eye")).split()]
 
 
+def expect_drawn(page: Page, areas: Iterable[str]) -> None:
+    """These areas' badges, and no others, come to be seen in the picture."""
+    wanted = set(areas)
+    soon(page, lambda: marks_drawn(page) == wanted, f"the marks of {sorted(wanted)}")
+
+
 def marks_drawn(page: Page) -> set[str]:
     """The areas whose badge is to be seen in the picture, by its colour."""
-    page.wait_for_timeout(700)  # viser draws what changed
     picture = np.asarray(Image.open(io.BytesIO(page.locator("#frame").screenshot())).convert("RGB"), float)
     near = {name: np.linalg.norm(picture - style.colour, axis=2) < 30 for name, style in AREA_STYLES.items()}
     return {name for name, pixels in near.items() if pixels.sum() > 12}
@@ -62,20 +67,20 @@ def test_one_place_after_the_other_and_the_picture_turns_to_each(home: Home) -> 
     page = home.result()
     seen = [eye(turned_to(page, "all"))]
     stands(page)
-    assert marks_drawn(page) == set(AREA_NAMES)
+    expect_drawn(page, AREA_NAMES)
     for number, place in enumerate(AREA_NAMES, start=1):
         page.locator("#step-next").click()
         expect(page.locator("#step-now")).to_have_text(re.compile(f"^Place {number} of 4: {place.capitalize()}$"))
         expect(page.locator(".place:visible")).to_have_count(1)
         expect(page.locator(f".place[data-place={place}]")).to_have_attribute("aria-current", "step")
         seen.append(eye(turned_to(page, place)))
-        assert marks_drawn(page) == {place}
+        expect_drawn(page, [place])
     assert len({tuple(one) for one in seen}) == 5
     stands(page)
     page.get_by_role("button", name="See all four").click()
     expect(page.locator(".place:visible")).to_have_count(4)
     assert eye(turned_to(page, "all")) == pytest.approx(seen[0], abs=1e-3)
-    assert marks_drawn(page) == set(AREA_NAMES)
+    expect_drawn(page, AREA_NAMES)
 
 
 def test_the_picture_jumps_where_motion_is_not_wanted(home: Home) -> None:
@@ -194,12 +199,14 @@ def test_a_result_with_care_and_a_sent_page_stand(home: Home) -> None:
     page.goto(f"/cases/{case}/result")
     expect(page.get_by_text("The breastbone was not marked.")).to_be_visible()
     stands(page)
-    page.get_by_role("button", name="Send to Harbour Clinic").click()
+    with leads_on(page):
+        page.get_by_role("button", name="Send to Harbour Clinic").click()
     expect(page.get_by_text("Sent to Harbour Clinic.")).to_be_visible()
     stands(page)
     page.set_viewport_size({"width": 320, "height": 640})  # a desk's window at 400 %
     assert page.evaluate("document.documentElement.scrollWidth") <= 320
-    page.get_by_role("button", name="Take it back").click()
+    with leads_on(page):
+        page.get_by_role("button", name="Take it back").click()
     expect(page.get_by_role("button", name="Send to Harbour Clinic")).to_be_visible()
 
 
@@ -224,7 +231,6 @@ def test_waiting_says_when_the_service_is_out_of_reach_and_goes_on_afterwards(ho
     home.family.send(case, b"slow 8")
     page = home.window()
     page.goto(f"/cases/{case}/checking")
-    stands(page)
     page.context.set_offline(True)
     expect(page.get_by_text("We cannot reach the service right now.")).to_be_visible(timeout=WORK_MS)
     page.context.set_offline(False)
@@ -239,10 +245,11 @@ def test_waiting_without_scripts_loads_itself_again(home: Home) -> None:
     page.wait_for_url(re.compile("/size$"), timeout=WORK_MS)
 
 
-def test_stopping_goes_back_to_the_scan(home: Home) -> None:
+def test_the_waiting_page_stands_and_stopping_goes_back_to_the_scan(home: Home) -> None:
     case = home.family.opened()
     home.family.send(case, b"slow 60")
     page = home.window()
     page.goto(f"/cases/{case}/checking")
+    stands(page)
     page.get_by_role("button", name="Stop").click()
     page.wait_for_url(re.compile("/scan$"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from collections.abc import Iterator
@@ -9,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from lubdub.report.archive import outcome_from_bytes
 from lubdub.results import AREA_NAMES, AreaName
 from lubdub.views.framing import FIELD_OF_VIEW, close_to, framed
+from lubdub.views.stickers import AREA_STYLES
 from tests.journeys.conftest import DRAWN_MS, SIZES
-from tests.journeys.steps import WORK_MS, middle_of_view, stands, wait_for_body
+from tests.journeys.steps import WORK_MS, leads_on, middle_of_view, soon, stands, wait_for_body
 from tests.web.desk import Desk, signed_in
 from tests.web.reviewing import ORGANISATION, vault_of
 from tests.web.service import ROOT, Service
@@ -93,6 +96,13 @@ def on_screen(page: Page, service: Service, case: str, area: AreaName) -> tuple[
     return middle_of_view(page, 0.5 + across / 2, 0.5 - up / 2)
 
 
+def is_drawn_at(page: Page, area: AreaName, x: float, y: float) -> bool:
+    """Whether the area's own colour surrounds this place of the page: its camera has arrived."""
+    shot = page.screenshot(clip={"x": x - 12, "y": y - 12, "width": 24, "height": 24})
+    picture = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), float)
+    return bool((np.linalg.norm(picture - AREA_STYLES[area].colour, axis=2) < 40).mean() > 0.2)
+
+
 def test_a_clean_case_is_signed_in_six_actions(room: Room, product: Service, scan: bytes) -> None:
     case = reviewed_soon(product, scan, "KH-100")
     page = room.window()
@@ -126,8 +136,8 @@ def test_an_area_is_dragged_seen_beside_where_it_was_and_put_back(room: Room, pr
     wait_for_body(page)
     page.locator("[data-area=mitral]").click()
     expect(page.locator("[data-area=mitral][aria-current]")).to_be_visible(timeout=DRAWN_MS)
-    page.wait_for_timeout(1500)  # the camera has arrived; nothing on the page says so
     x, y = on_screen(page, product, case, "mitral")
+    soon(page, lambda: is_drawn_at(page, "mitral", x, y), "the mitral area's letter before the camera")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 15, y - 5, steps=5)
@@ -195,7 +205,8 @@ def test_a_case_is_given_back_with_a_note_and_leaves_the_list_of_a_colleague(
     page.get_by_label("Why").first.select_option("belly_missing")
     page.get_by_label("Note to the family").first.fill("Please include the navel.")
     stands(page)
-    page.get_by_role("button", name="Return", exact=True).click()
+    with leads_on(page):
+        page.get_by_role("button", name="Return", exact=True).click()
     page.wait_for_url(re.compile("/desk$"), timeout=WORK_MS)
     expect(colleague.locator(f"[data-case='{case}']")).to_have_count(0, timeout=WORK_MS)
     assert product.portal(ORGANISATION).state(case)["reason"]["code"] == "belly_missing"
