@@ -30,6 +30,8 @@ class Chosen(Protocol):
     family_mb_per_day: int
     tenant_mb_per_day: int
     public_url: str
+    metrics_host: str
+    metrics_token: SecretStr
     data_dir: Path
     database_url: str
     jobs_database_url: str
@@ -107,6 +109,13 @@ def _quotas_below_one_scan(chosen: Chosen) -> str | None:
         if getattr(chosen, name) < chosen.max_upload_mb:
             return f"LUBDUB_{name.upper()} must be at least LUBDUB_MAX_UPLOAD_MB ({chosen.max_upload_mb})."
     return None
+
+
+def _open_numbers(chosen: Chosen) -> str | None:
+    """How much is going on is nobody's business."""
+    if is_loopback(chosen.metrics_host) or chosen.metrics_token.get_secret_value():
+        return None
+    return "LUBDUB_METRICS_HOST other than this machine's own needs LUBDUB_METRICS_TOKEN beside it."
 
 
 def _open_login(chosen: Chosen) -> str | None:
@@ -208,6 +217,7 @@ FAULTS: tuple[Check, ...] = (
     _plain_address,
     _blind_trust,
     _quotas_below_one_scan,
+    _open_numbers,
     _open_login,
     _login_without_name,
     _two_master_keys,

@@ -137,6 +137,22 @@ class SettingsTable(BaseSettings):
     job_wall_s: float = Field(default=600.0, gt=0, description="Wall-clock time of one job, in seconds.")
     job_output_mb: int = Field(default=256, ge=1, description="Largest file a job may write, in megabytes.")
 
+    metrics_port: int = Field(
+        default=0,
+        ge=0,
+        le=65534,
+        description="TCP port of this process's numbers for Prometheus; 0: none. The worker of `serve` has the next.",
+    )
+    metrics_host: str = Field(default="127.0.0.1", description="Address on which those numbers are served.")
+    metrics_token: SecretStr = Field(
+        default=SecretStr(""), description="Bearer token asked for there; needed on any address but this machine's own."
+    )
+    stop_s: float = Field(
+        default=8.0, gt=0, description="Seconds that calls at work have to end in when the web server is told to stop."
+    )
+    log_format: Literal["json", "text"] = Field(
+        default="json", description="Log lines as JSON for machines, or as text for people."
+    )
     log_level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="Least severe line logged."
     )

@@ -43,6 +43,7 @@ CONFINED = {
     "alembic": {"cases"},
     "standardwebhooks": {"jobs"},
     "dbos": {"jobs"},
+    "prometheus_client": {"jobs"},
     "cryptography": {"cases"},
     "pwdlib": {"cases"},
     "webauthn": {"web"},

@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -64,10 +64,12 @@ class Service:
         return process
 
     def start_worker(self) -> subprocess.Popen[bytes]:
-        return self.spawn([sys.executable, "-m", self.worker_module])
+        numbers = {"LUBDUB_METRICS_PORT": str(self.settings.metrics_port + 1)} if self.settings.metrics_port else {}
+        return self.spawn([sys.executable, "-m", self.worker_module], numbers)
 
-    def spawn(self, command: list[str]) -> subprocess.Popen[bytes]:
+    def spawn(self, command: list[str], more: Mapping[str, str] | None = None) -> subprocess.Popen[bytes]:
         environment = os.environ | self.settings.to_environment()
+        environment |= dict(more or {})
         environment |= {"PYTHONPATH": f"{ROOT / 'backend'}{os.pathsep}{ROOT}", "OMP_NUM_THREADS": "1"}
         with self.log.open("ab") as log:
             process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=log, stderr=log)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
+
+import httpx
 import pytest
 from pydantic import ValidationError
+from starlette.responses import PlainTextResponse
 
 from lubdub.cases.database import Database
 from lubdub.cases.people import People
 from lubdub.settings import Settings
+from lubdub.web.envelope import Envelope
 from lubdub.web.guard import cookie_name, csrf_token, session_cookie
 from tests.web import family as pages
 from tests.web.service import PATIENT, Portal, Service
@@ -112,3 +117,21 @@ def test_listening_to_the_network_without_https_is_refused_in_words() -> None:
     assert Settings(host="0.0.0.0", behind_tls_proxy=True).is_https
     for loopback in ("127.0.0.1", "::1", "localhost"):
         assert not Settings(host=loopback).is_https
+
+
+def test_with_https_browsers_are_told_to_stay_with_it(service: Service) -> None:
+    async def told(is_https: bool) -> str | None:
+        transport = httpx.ASGITransport(Envelope(PlainTextResponse("here"), is_https))
+        async with httpx.AsyncClient(transport=transport, base_url="https://lubdub") as http:
+            return (await http.get("/")).headers.get("strict-transport-security")
+
+    assert asyncio.run(told(True)) == "max-age=31536000; includeSubDomains"
+    assert asyncio.run(told(False)) is None
+
+
+def test_no_other_site_may_read_an_answer(service: Service, portal: Portal) -> None:
+    for path in ("/", "/api/v1/cases", "/api/docs"):
+        answer = portal.http.get(path, headers={"Origin": "https://evil.example"})
+        assert not [name for name in answer.headers if name.startswith("access-control-")]
+        assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+        assert answer.headers["referrer-policy"] == "same-origin"

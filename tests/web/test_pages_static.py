@@ -90,3 +90,10 @@ def test_the_rules_our_pages_use_are_all_there() -> None:
     for name in ("nhsuk-button", "nhsuk-error-summary", "nhsuk-skip-link", "nhsuk-u-visually-hidden", "nhsuk-input"):
         assert f".{name}" in css
     assert len(css) < 60_000
+
+
+@pytest.mark.parametrize("path", ["", "../pages.py", "%2e%2e/pages.py", "..%2fpages.py", "none.js", ".git/config"])
+def test_nothing_else_is_served(http: httpx.Client, path: str) -> None:
+    answer = http.get(f"/static/{path}")
+    assert answer.status_code == 404
+    assert "import" not in answer.text

@@ -38,7 +38,9 @@ ALSO: dict[str, Who] = {"lead": "other"}
 
 TABLE = """
 all: GET /api/docs/scaling
-all: GET /api/docs, GET /api/docs.css, GET /api/embed-messages.schema.json, GET /api/v1/openapi.json
+all: GET /api/docs, GET /api/docs.css
+all: GET /api/docs/security, GET /api/docs/operation
+all: GET /api/embed-messages.schema.json, GET /api/v1/openapi.json
 all: HEAD /api/v1/openapi.json, GET /favicon.ico, GET /fhir/CodeSystem/{name}, GET /livez, GET /readyz
 all: GET /fhir/ConceptMap/listening-area-to-snomed, GET /problems/{kind}, GET /stickers.pdf, GET /language
 all: GET /static/nhsuk.css, GET /static/nhsuk.js, GET /static/tus.js, GET /static/{path:path}, GET /embed/{token}

@@ -14,6 +14,7 @@ from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.files import Artefact, FileVault, attach
 from lubdub.cases.models import CaseRow, WorkerRow
+from lubdub.cases.models_webhooks import DeliveryRow
 from lubdub.cases.rows import Step, add_event, job_of, take, to_value
 from lubdub.cases.states import IN_WORK, Status
 from lubdub.cases.values import SYSTEM, Case, Job
@@ -99,6 +100,19 @@ class WorkDesk:
         )
         with self._database.reading() as session:
             return [job_of(job_id) for job_id in session.scalars(query) if job_id is not None]
+
+    def whats_waiting(self) -> list[tuple[str, int, datetime | None]]:
+        """(what, how many, since when the oldest): jobs by their case's state, and messages that are due."""
+        jobs = (
+            sa.select(CaseRow.status, sa.func.count(), sa.func.min(CaseRow.updated_at))
+            .where(CaseRow.status.in_(IN_WORK), CaseRow.deleted_at.is_(None))
+            .group_by(CaseRow.status)
+        )
+        messages = sa.select(sa.func.count(), sa.func.min(DeliveryRow.due_at)).where(DeliveryRow.due_at <= now())
+        with self._database.reading() as session:
+            found = {status: (number, since) for status, number, since in session.execute(jobs)}
+            due, oldest = session.execute(messages).one()
+        return [(status, *found.get(status, (0, None))) for status in IN_WORK] + [("messages", due, oldest)]
 
     def beat(self, name: str, solver: str) -> None:
         """A sign of life from a worker."""

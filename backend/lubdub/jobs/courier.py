@@ -13,6 +13,7 @@ from standardwebhooks import Webhook
 from lubdub.cases.clock import now
 from lubdub.cases.outbox import Message, Outbox, Tried
 from lubdub.jobs.addresses import AddressRefused, Destination, destination
+from lubdub.jobs.metrics import WEBHOOK_TRIES
 
 LOOK_EVERY_S = 1.0
 ANSWER_S = 10.0
@@ -56,6 +57,7 @@ class Couriers:
         status, fault = self._sent(message)
         milliseconds = round((time.monotonic() - started) * 1000)
         self._outbox.note(message, Tried(at, status, fault, milliseconds))
+        WEBHOOK_TRIES.labels("arrived" if fault is None else "failed").inc()
         log.info("a message was tried", extra={"message": message.id, "status": status, "number": message.number})
         return True
 

@@ -6,6 +6,7 @@ import logging
 from typing import Literal, Protocol
 
 import sqlalchemy as sa
+import structlog
 from dbos import DBOSClient, EnqueueOptions, error
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -38,6 +39,11 @@ class JobEngine(Protocol):
         """Give the connections back."""
 
 
+def current_request() -> str:
+    """The id of the call at work, as the logs have it; empty for what nobody called for."""
+    return str(structlog.contextvars.get_contextvars().get("request_id", ""))
+
+
 def jobs_url(url: str) -> str:
     """The URL as DBOS wants it: PostgreSQL by psycopg 3."""
     parsed = sa.make_url(url)
@@ -65,7 +71,7 @@ class DbosEngine:
             "application_name": APPLICATION,
         }
         try:
-            self._client.enqueue(options, job_id)
+            self._client.enqueue(options, job_id, current_request())
         except (error.DBOSException, SQLAlchemyError) as fault:
             log.warning("a job could not be enqueued and waits for a worker's sweep: %s", type(fault).__name__)
 

@@ -8,18 +8,34 @@ from typing import Any
 
 import structlog
 
+from lubdub.settings import Settings
+
 ALLOWED = frozenset(
     {"event", "level", "timestamp", "logger", "exception", "request_id", "method", "route", "status", "milliseconds"}
-    | {"case_id", "job_id", "kind", "worker", "outcome"}
+    | {"case_id", "job_id", "kind", "worker", "outcome", "stage", "how", "number"}
 )
+
+
+HEAD = ("timestamp", "level", "event")
 
 
 def _only_allowed(logger: object, name: str, line: Any) -> Any:
     return {key: value for key, value in line.items() if key in ALLOWED}
 
 
-def configure_logs(level: str) -> None:
-    """Send every logger of this process, ours and the libraries', through one JSON formatter."""
+def _as_text(logger: object, name: str, line: Any) -> str:
+    """`time level event key=value ...`; a traceback, the one thing of many lines, is quoted as well."""
+    rest = " ".join(f"{key}={value!r}" for key, value in sorted(line.items()) if key not in HEAD)
+    return " ".join((str(line.get("timestamp")), str(line.get("level")), repr(line.get("event")), rest)).rstrip()
+
+
+def configure_logs(settings: Settings) -> None:
+    """Send every logger of this process, ours and the libraries', through one formatter.
+
+    Either way a value is quoted: a line break in it never makes a second line.
+    """
+    is_json = settings.log_format == "json"
+    drawn: Any = structlog.processors.JSONRenderer() if is_json else _as_text
     shared: list[Any] = [
         structlog.contextvars.merge_contextvars,
         structlog.stdlib.add_log_level,
@@ -38,12 +54,12 @@ def configure_logs(level: str) -> None:
             structlog.stdlib.ProcessorFormatter.remove_processors_meta,
             structlog.processors.format_exc_info,
             _only_allowed,
-            structlog.processors.JSONRenderer(),
+            drawn,
         ],
     )
     handler = logging.StreamHandler()
     handler.setFormatter(formatter)
-    logging.basicConfig(handlers=[handler], level=level.upper(), force=True)
+    logging.basicConfig(handlers=[handler], level=settings.log_level.upper(), force=True)
     for noisy in ("dbos", "alembic", "sqlalchemy", "uvicorn", "httpx", "websockets", "viser"):
         library = logging.getLogger(noisy)
         library.setLevel(logging.WARNING)

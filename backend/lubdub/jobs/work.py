@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, get_args
 
 from lubdub.cases.errors import FileNotFound
 from lubdub.cases.files import Artefact, FileVault
@@ -16,8 +16,9 @@ from lubdub.cases.rows import job_of
 from lubdub.cases.values import Case, Job
 from lubdub.cases.work import Handed, WorkDesk
 from lubdub.jobs.bundle import BadBundle, Bundle
+from lubdub.jobs.metrics import CHILD_ENDS, JOB_SECONDS, JOBS, STAGE_SECONDS, VERDICTS, count_fault
 from lubdub.jobs.sandbox import ChildResult, Limits
-from lubdub.results import UNREADABLE_FILE, Progress, Reason
+from lubdub.results import UNREADABLE_FILE, Progress, Reason, VerdictWord
 
 LOOK_EVERY_S = 0.3
 """How often a running job asks whether anybody still waits for it; a cancel is to be felt within a second."""
@@ -41,6 +42,8 @@ FILES: Mapping[str, frozenset[Artefact]] = {
     "locate": frozenset({"result.json", "outcome.npz"}),
 }
 """What each kind of job may store: names that come out of a child are not taken on trust."""
+
+STAGES = frozenset({"read", "clean", "fit", "choose", "project", "judge"})
 
 log = logging.getLogger(__name__)
 
@@ -87,16 +90,21 @@ class Workbench:
         case = self._desk.take_up(job)
         if case is None:
             return
+        started = time.monotonic()
         try:
             ended = self._run(job, case)
+            CHILD_ENDS.labels(ended.status).inc()
             handed = None if ended.status == "cancelled" else _handed(job, ended)
         except FileNotFound:
             return  # deleted meanwhile
-        except Exception:
+        except Exception as error:
+            count_fault(error)
             log.exception("a job failed", extra={"job_id": job.id})
             handed = Handed("failed", reason=FAILED.to_json())
         if handed is not None:
             self._desk.hand_in(job, handed)
+            JOBS.labels(job.kind, handed.status).inc()
+            JOB_SECONDS.labels(job.kind).observe(time.monotonic() - started)
             log.info("a job ended", extra={"job_id": job.id, "outcome": handed.status})
 
     def give_up(self, job: Job) -> None:
@@ -144,6 +152,8 @@ def _handed(job: Job, ended: ChildResult) -> Handed:
     files = {name: bundle.parts[name] for name in FILES[job.kind] if name in bundle.parts}
     if job.kind == "check":
         return Handed("awaiting_landmarks", files)
+    if bundle.facts["verdict"] in get_args(VerdictWord):
+        VERDICTS.labels(bundle.facts["verdict"]).inc()
     if bundle.facts["verdict"] == "refuse":
         return Handed("refused", files, _reason(bundle.facts["reason"]))
     return Handed("done", files)
@@ -161,13 +171,21 @@ class _Teller:
         self._desk = desk
         self._job = job
         self._stage = ""
-        self._told_at = 0.0
+        self._stage_began = self._told_at = 0.0
 
     def __call__(self, stage: str, fraction: float) -> None:
         moment = time.monotonic()
         if stage != self._stage or moment - self._told_at >= TELL_EVERY_S:
+            if stage != self._stage:
+                self._note_stage(moment)
             self._stage, self._told_at = stage, moment
             self._desk.tell(self._job, stage, fraction)
+
+    def _note_stage(self, moment: float) -> None:
+        """Stages are named by the child, so only names that are ours become labels."""
+        if self._stage in STAGES:
+            STAGE_SECONDS.labels(self._stage).observe(moment - self._stage_began)
+        self._stage_began = moment
 
 
 class _Watch:

@@ -11,6 +11,7 @@ import time
 from dataclasses import dataclass
 from datetime import timedelta
 
+import structlog
 from dbos import DBOS, DBOSClient
 
 from lubdub.cases.opening import CannotOpen, open_cases
@@ -24,6 +25,7 @@ from lubdub.jobs.engine import APPLICATION, APPLICATION_VERSION, QUEUE, WORKFLOW
 from lubdub.jobs.forkserver import ForkServer
 from lubdub.jobs.liveness import NameLocks, claim_name, open_locks
 from lubdub.jobs.logs import configure_logs
+from lubdub.jobs.metrics import serve_metrics, watch_database
 from lubdub.jobs.sandbox import Limits
 from lubdub.jobs.unshared import remove_unshared
 from lubdub.jobs.work import JobSettings, TaskNames, Workbench
@@ -53,11 +55,16 @@ _held: _Held | None = None
 
 
 @DBOS.workflow(name=WORKFLOW, max_recovery_attempts=MAX_STARTS)
-def work_on_case(job_id: str) -> None:
-    """The durable job: after a crash it is started again from the beginning, which changes nothing twice."""
+def work_on_case(job_id: str, request_id: str = "") -> None:
+    """The durable job: after a crash it is started again from the beginning, which changes nothing twice.
+
+    request_id: of the call that asked for it; every line logged meanwhile carries it.
+    """
     if _held is None:
         raise RuntimeError("no worker runs in this process")
-    _held.workbench.do(job_id)
+    asked_by = {"request_id": request_id} if request_id else {}
+    with structlog.contextvars.bound_contextvars(job_id=job_id, **asked_by):
+        _held.workbench.do(job_id)
     if _held.stopping.is_set():
         threading.Event().wait()  # killed by our own stop: it must not count as done
 
@@ -68,7 +75,7 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     Ends the process with a sentence when database, files or key cannot be used.
     """
     global _held
-    configure_logs(settings.log_level)
+    configure_logs(settings)
     # Before any thread: what is forked later must not inherit a lock that somebody holds.
     forks = ForkServer([] if tasks else ["lubdub.jobs.tasks:warm_up"])
     forks.start()
@@ -96,8 +103,11 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     _launch(settings, name)
     upkeep = Upkeep(name, desk, workbench, Privacy(database, vault), Sharing(database), settings)
     Couriers(Outbox(database, vault), settings.webhooks_to_private, stopping).start()
+    watch_database(database)
+    end_metrics = serve_metrics(settings, desk)
     log.info("a worker is ready", extra={"worker": name})
     upkeep.run(locks, stopping)
+    end_metrics()
     forks.stop()
     sys.stderr.flush()
     os._exit(0)  # jobs at work are started again by the next worker; their threads cannot be ended

@@ -162,6 +162,8 @@ async def _take_in(request: Request, actor: Actor, uploads: Uploads, upload: Upl
                 if writer.size + len(chunk) > room:
                     raise Problem("too-large", f"Only {room} more bytes were promised.")
                 await run_in_threadpool(writer.write, chunk)
+                if request.app.state.is_stopping():
+                    break  # told how far it came, the caller goes on elsewhere
         except ClientDisconnect:
             if not writer.size:
                 raise

@@ -10,6 +10,7 @@ from fastapi import FastAPI
 from starlette.middleware.gzip import GZipMiddleware
 
 from lubdub import __version__
+from lubdub.jobs.metrics import serve_metrics, watch_database
 from lubdub.settings import Settings
 from lubdub.web import (
     api_cases,
@@ -24,6 +25,7 @@ from lubdub.web import (
     api_uploads,
     api_webhooks,
     docs,
+    handbook,
     health,
     pages,
 )
@@ -67,8 +69,11 @@ def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.services = open_services(settings)
+        watch_database(app.state.services.database)
+        end_metrics = serve_metrics(settings, app.state.services.desk)
         app.state.announce()
         yield
+        end_metrics()
         app.state.services.close()
 
     app = FastAPI(
@@ -105,5 +110,6 @@ def _install_all(app: FastAPI) -> None:
     for room in (api_fhir, api_embed):
         app.include_router(room.public)
     app.include_router(docs.router)
+    app.include_router(handbook.router)
     document_problems(app)
     pages.install(app)

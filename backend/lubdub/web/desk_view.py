@@ -31,7 +31,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     services = app.state.services
     views = ReviewViews(services.files, services.reviews, Snapshots(services.database))
     app.state.review_views = views
-    async with following(views):
+    async with following(views, "review"):
         yield
 
 

@@ -10,6 +10,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.requests import ClientDisconnect, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from lubdub.jobs.metrics import REQUEST_SECONDS, REQUESTS, SOCKETS, STREAMS, count_fault
 from lubdub.web.framing import STATE, allow_framing
 from lubdub.web.problems import answer_error
 
@@ -36,7 +37,9 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
+STAY_WITH_HTTPS = {"Strict-Transport-Security": "max-age=31536000; includeSubDomains"}
 REST = "/api/v1"
+METHODS = frozenset({"GET", "HEAD", "OPTIONS", "POST", "PUT", "PATCH", "DELETE"})
 CLIENT_LEFT = 499
 """Logged, not sent: nobody is there to read it."""
 
@@ -49,18 +52,23 @@ class Envelope:
     def __init__(self, app: ASGIApp, is_https: bool) -> None:
         """Around app."""
         self._app = app
-        self._headers = HEADERS | ({"Strict-Transport-Security": "max-age=31536000"} if is_https else {})
+        self._headers = HEADERS | (
+            {"Strict-Transport-Security": "max-age=31536000; includeSubDomains"} if is_https else {}
+        )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One call."""
+        if scope["type"] == "websocket":
+            with SOCKETS.track_inprogress():
+                return await self._app(scope, receive, send)
         if scope["type"] != "http":
             return await self._app(scope, receive, send)
         request_id, started = secrets.token_hex(8), time.monotonic()
         scope.setdefault("state", {})["request_id"] = request_id
-        status = 0
+        status, is_stream = 0, False
 
         async def dressed(message: Message) -> None:
-            nonlocal status
+            nonlocal status, is_stream
             if message["type"] == "http.response.start":
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
@@ -69,6 +77,8 @@ class Envelope:
                     headers.setdefault(name, value)
                 if headers.get("Content-Type", "").startswith("text/event-stream"):
                     headers["Cache-Control"] = HEADERS["Cache-Control"]  # the framework's own would let it be kept
+                    is_stream = True
+                    STREAMS.inc()
                 framed_by = scope["state"].get(STATE)
                 if framed_by is not None:
                     allow_framing(headers, framed_by)
@@ -83,16 +93,25 @@ class Envelope:
         except ClientDisconnect:
             status = CLIENT_LEFT
         except Exception as error:
+            count_fault(error)
             if status:
                 raise  # half an answer is out; the server closes the connection
             response = await answer_error(Request(scope), error)
             await response(scope, receive, dressed)
         finally:
-            milliseconds = round((time.monotonic() - started) * 1000)
-            log.info(
-                "answered", method=scope["method"], route=route_of(scope), status=status, milliseconds=milliseconds
-            )
+            if is_stream:
+                STREAMS.dec()
+            seconds, route = time.monotonic() - started, route_of(scope)
+            _count(scope["method"], route, status, None if is_stream else seconds)
+            log.info("answered", method=scope["method"], route=route, status=status, milliseconds=round(seconds * 1000))
             structlog.contextvars.clear_contextvars()
+
+
+def _count(method: str, route: str, status: int, seconds: float | None) -> None:
+    """A made-up method is counted with all others of its kind: labels must not grow with what strangers think up."""
+    REQUESTS.labels(method if method in METHODS else "other", route, str(status)).inc()
+    if seconds is not None:
+        REQUEST_SECONDS.labels(route).observe(seconds)
 
 
 def route_of(scope: Scope) -> str:

@@ -8,6 +8,8 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Protocol
 
+from lubdub.jobs.metrics import VIEWS
+
 FOLLOW_EVERY_S = 0.2
 REAP_EVERY_S = 60.0
 
@@ -23,13 +25,17 @@ class Views(Protocol):
     def reap(self) -> None:
         """Stop views nobody looks at."""
 
+    def open_count(self) -> int:
+        """How many there are."""
+
     def close_all(self) -> None:
         """Stop every view."""
 
 
 @asynccontextmanager
-async def following(views: Views) -> AsyncIterator[None]:
+async def following(views: Views, kind: str) -> AsyncIterator[None]:
     """Look after the views until the end, and then stop them."""
+    VIEWS.labels(kind).set_function(views.open_count)
     tasks = [
         asyncio.create_task(_again_and_again(views.look_again, FOLLOW_EVERY_S)),
         asyncio.create_task(_again_and_again(views.reap, REAP_EVERY_S)),

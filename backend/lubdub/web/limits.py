@@ -12,6 +12,7 @@ from starlette.requests import HTTPConnection, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from lubdub.cases.rates import Budget, Rates, Taken
+from lubdub.jobs.metrics import REFUSED, UPLOAD_BYTES
 from lubdub.settings import Settings
 from lubdub.web.guard import cookie_names, desk_cookie_name
 from lubdub.web.problems import Problem, answer_error
@@ -34,8 +35,14 @@ def allowed_bytes(scope: Scope, settings: Settings) -> int:
     path: str = scope["path"]
     if not path.startswith("/api/"):
         return FORM_BYTES
-    is_scan = (scope["method"] == "PUT" and path.endswith("/scan")) or path.startswith(UPLOADS)
-    return settings.max_upload_mb * MEGABYTE if is_scan else JSON_BYTES
+    return settings.max_upload_mb * MEGABYTE if carries_scan(scope) else JSON_BYTES
+
+
+def carries_scan(scope: Scope) -> bool:
+    """Whether the body of this call of the interface is a scan, or a piece of one."""
+    path: str = scope["path"]
+    is_whole = scope["method"] == "PUT" and path.startswith("/api/") and path.endswith("/scan")
+    return is_whole or path.startswith(UPLOADS)
 
 
 class BodyLimit:
@@ -57,12 +64,15 @@ class BodyLimit:
         announced = headers.get("content-length", "0")
         if not announced.isdecimal() or int(announced) > allowed:
             return await _answer(_too_large(allowed), scope, receive, send)
-        taken = 0
+        taken, is_scan = 0, carries_scan(scope)
 
         async def counted() -> Message:
             nonlocal taken
             message = await receive()
-            taken += len(message.get("body", b""))
+            arrived = len(message.get("body", b""))
+            taken += arrived
+            if is_scan:
+                UPLOAD_BYTES.inc(arrived)
             if taken > allowed:
                 raise _too_large(allowed)
             return message
@@ -115,6 +125,7 @@ class RateLimit:
         taken = await run_in_threadpool(self._rates().take, self._budgets(HTTPConnection(scope)))
         told = self._told(taken)
         if taken.wait_s > 0:
+            REFUSED.labels("too many calls").inc()
             if scope["type"] == "websocket":
                 return await send({"type": "websocket.close", "code": TRY_AGAIN_LATER})
             told["Retry-After"] = str(math.ceil(taken.wait_s))

@@ -6,6 +6,7 @@ import math
 
 from lubdub.cases.rates import Budget, Rates
 from lubdub.cases.values import Actor
+from lubdub.jobs.metrics import REFUSED
 from lubdub.settings import Settings
 from lubdub.web.problems import Problem
 
@@ -31,5 +32,6 @@ class UploadQuotas:
             budgets.insert(0, Budget(f"scans of family {actor.id}", self._of_family, DAY_S))
         taken = self._rates.take(budgets, size)
         if taken.wait_s > 0:
+            REFUSED.labels("too many bytes").inc()
             wait = str(math.ceil(taken.wait_s))
             raise Problem("upload-quota", "Wait, or ask who runs this service for more.", {"Retry-After": wait})

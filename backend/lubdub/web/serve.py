@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 import os
 import socket
 import subprocess  # nosec B404
@@ -41,7 +42,7 @@ def run_web(settings: Settings, role: WebRole = "web") -> None:
 
     Ends the process with a sentence when it cannot start.
     """
-    configure_logs(settings.log_level)
+    configure_logs(settings)
     warn(settings)
     listening = listening_socket(settings)
     check_openable(settings)
@@ -50,7 +51,7 @@ def run_web(settings: Settings, role: WebRole = "web") -> None:
 
 def serve(settings: Settings) -> None:
     """Run web server and worker until Ctrl-C. Ends the process with a sentence when it cannot start."""
-    configure_logs(settings.log_level)
+    configure_logs(settings)
     warn(settings)
     listening = listening_socket(settings)
     check_openable(settings)
@@ -107,7 +108,7 @@ def _serve(
         server_header=False,
         proxy_headers=settings.behind_tls_proxy,
         forwarded_allow_ips=settings.trusted_proxies,
-        timeout_graceful_shutdown=3,
+        timeout_graceful_shutdown=math.ceil(settings.stop_s),
         ws_max_size=1 << 20,
     )
     server = uvicorn.Server(config)
@@ -142,6 +143,8 @@ class SupervisedWorker:
     def __init__(self, settings: Settings) -> None:
         """For these settings."""
         self._environment = os.environ | settings.to_environment()
+        if settings.metrics_port:
+            self._environment["LUBDUB_METRICS_PORT"] = str(settings.metrics_port + 1)
         self._environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True, name="worker-supervisor")

@@ -29,6 +29,7 @@ from lubdub.jobs.reference_marks import ReferenceMarks
 from lubdub.settings import Settings
 from lubdub.web.actions import CaseActions
 from lubdub.web.quotas import UploadQuotas
+from lubdub.web.readiness import Readiness
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class Services:
     desk: WorkDesk
     engine: JobEngine
     actions: CaseActions
+    readiness: Readiness
     rates: CarefulRates
     quotas: UploadQuotas
 
@@ -102,6 +104,7 @@ def open_services(settings: Settings) -> Services:
         desk=WorkDesk(database, files),
         engine=engine,
         actions=CaseActions(store, files, uploads, privacy, reviews, engine, quotas),
+        readiness=Readiness(database, files, WorkDesk(database, files)),
         rates=rates,
         quotas=quotas,
     )

@@ -48,7 +48,7 @@ TRY_AGAIN = 1013
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     desk = ViewDesk(app.state.services.files, app.state.services.database)
     app.state.views = desk
-    async with following(desk):
+    async with following(desk, "points"):
         yield
 
 

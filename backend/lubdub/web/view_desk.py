@@ -169,6 +169,10 @@ class ViewDesk:
         """Stop the case's view. Off the event loop only."""
         self._registry.close(case_id)
 
+    def open_count(self) -> int:
+        """How many views are open."""
+        return len(self._registry.ids())
+
     def close_all(self) -> None:
         """Stop every view. Off the event loop only."""
         self._registry.close_all()
