@@ -21,6 +21,7 @@ UNSAFE: dict[str, tuple[dict[str, Any], str]] = {
     "people come by http": ({"public_url": "http://lubdub.example"}, "LUBDUB_PUBLIC_URL"),
     "a proxy that is no address": ({"trusted_proxies": "127.0.0.1, proxy"}, "LUBDUB_TRUSTED_PROXIES"),
     "less a day than one scan": ({"tenant_mb_per_day": 1}, "LUBDUB_TENANT_MB_PER_DAY"),
+    "numbers for everybody": ({"metrics_host": "0.0.0.0"}, "LUBDUB_METRICS_TOKEN"),
     "a login by http": ({"oidc_issuer": "http://login.example", "oidc_client_id": "x"}, "LUBDUB_OIDC_ISSUER"),
     "a login without a name": ({"oidc_issuer": "https://login.example"}, "LUBDUB_OIDC_CLIENT_ID"),
     "a login with an example's secret": ({"oidc_client_secret": "changeme"}, "LUBDUB_OIDC_CLIENT_SECRET"),
