@@ -133,6 +133,10 @@ class BodyViews:
                 del self._windows[key, window]
         self._registry.watched(key, change)
 
+    def open_count(self) -> int:
+        """How many views are open."""
+        return len(self._registry.ids())
+
     def close_all(self) -> None:
         """Stop every view. Off the event loop only."""
         self._registry.close_all()

@@ -26,7 +26,7 @@ from lubdub.web.view import NOT_FOR_YOU, WindowName, is_own_origin, join, live_a
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     views = BodyViews(app.state.services.reference_marks)
     app.state.body_views = views
-    async with following(views):
+    async with following(views, "bodies"):
         yield
 
 
