@@ -61,6 +61,28 @@ def test_a_view_nobody_watches_is_stopped_and_a_watched_one_is_kept() -> None:
         views.close_all()
 
 
+def test_each_window_of_a_browser_is_known_by_its_word_until_its_last_connection_goes() -> None:
+    views = ViewRegistry[str]()
+    try:
+        views.open("a", nothing)
+        views.watched("a", +1, "left")
+        views.watched("a", +1, "left")
+        views.watched("a", +1, "right")
+        assert views.watched("a", -1, "right") == 2
+        assert (views.is_watched("a", "left"), views.is_watched("a", "right"), views.is_watched("a")) == (
+            True,
+            False,
+            True,
+        )
+        views.close("a")
+        assert not views.is_watched("a", "left")
+        views.open("a", nothing)
+        assert views.watched("a", -1, "left") == 0, "what is left of the view before"
+        assert views.watched("a", +1, "left") == 1
+    finally:
+        views.close_all()
+
+
 def test_a_view_that_cannot_be_built_leaves_nothing_behind() -> None:
     def broken(server: viser.ViserServer) -> str:
         raise ValueError("no body")

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
 import httpx
 import pytest
+import websockets
 from starlette.routing import BaseRoute
 
 from lubdub.settings import Settings
 from lubdub.web.app import create_app
 from tests.web.desk import Desk, hidden, signed_in
 from tests.web.family import Family
+from tests.web.reviewing import CURRENT, in_review
 from tests.web.service import Service
 from tests.web.test_portal import ALL
 
@@ -106,8 +109,15 @@ def may(who: Who, route: str) -> bool:
     return who in MAY[kind] or ALSO.get(kind) == who
 
 
-SOCKETS = {"/view/{case_id}", "/view/{case_id}/{window}", "/desk/view/{case_id}/{window}", "/desk/body/{body}/{window}"}
-"""Told apart by what they say after the handshake; their own tests hold them to it."""
+SOCKETS = {
+    "/view/{case_id}": "family",
+    "/view/{case_id}/{window}": "family",
+    "/desk/view/{case_id}/{window}": "case",
+    "/desk/body/{body}/{window}": "desk",
+}
+"""Path of each socket -> kind of route. Whoever may not is refused before it opens."""
+BODY = "girl-06"
+"""A reference body that everybody at a desk may look at."""
 DOOR = {"not-signed-in", "scope-missing", "role-missing", "cross-site", "case-not-found"}
 """The problems of whoever may not; every other answer, also another problem, is past the door."""
 LAST = ("POST /cases/{case_id}/remove", "DELETE /api/v1/cases/{case_id}")
@@ -153,7 +163,7 @@ class Caller:
         address = path.replace("{case_id}", case)
         for hole in ("{name}", "{token}", "{path:path}", "{kind}", "{upload_id}", "{key_id}", "{webhook_id}", "{app}"):
             address = address.replace(hole, "none")
-        address = address.replace("{delivery_id}", "none").replace("{window}", "ab").replace("{body}", "girl-06")
+        address = address.replace("{delivery_id}", "none").replace("{window}", "ab").replace("{body}", BODY)
         token = self.tokens.get("desk" if path.startswith("/desk") else "family")
         headers = {"Accept": "application/json"} | ({"X-CSRF-Token": token} if token else {})
         headers["Tus-Resumable"] = "1.0.0"
@@ -235,3 +245,58 @@ def test_the_desk_tells_strangers_from_those_whose_role_is_too_small(service: Se
         if kind in ("lead", "administrator") and not may(who, route):
             expected = "role-missing" if who in DESK else "not-signed-in"
             assert (route, one.ask(route, "")) == (route, expected)
+
+
+@pytest.fixture(scope="module")
+def pictured(service: Service) -> tuple[Family, str]:
+    """A family whose body is to be seen, with its case."""
+    owner = Family(service)
+    case = owner.confirmed()
+    owner.get(f"/view/{case}/")
+    return owner, case
+
+
+@pytest.fixture(scope="module")
+def reviewed_case(service: Service) -> str:
+    return in_review(service, "Role House")
+
+
+def opens(service: Service, http: httpx.Client, path: str) -> bool:
+    """Whether the socket opens for a browser with these cookies, or a portal with this key, at a page of ours."""
+    shown = {name: http.headers[name] for name in ("Authorization",) if name in http.headers}
+    if http.cookies:
+        shown["Cookie"] = "; ".join(f"{one.name}={one.value}" for one in http.cookies.jar)
+    address = service.settings.address
+
+    async def attempt() -> None:
+        there = address.replace("http", "ws") + path
+        async with websockets.connect(there, origin=address, additional_headers=shown, subprotocols=[CURRENT]):  # type: ignore[arg-type]
+            pass
+
+    try:
+        asyncio.run(attempt())
+    except websockets.InvalidStatus:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("who", EVERYBODY)
+def test_each_caller_gets_the_pictures_that_are_theirs_and_no_others(
+    service: Service, who: Who, pictured: tuple[Family, str], reviewed_case: str
+) -> None:
+    owner, own_case = pictured
+    one = caller(service, who)
+    if who in MAY["case"]:
+        one.http.get(f"/desk/view/{reviewed_case}/ab/").raise_for_status()
+    if who in DESK:
+        one.http.get(f"/desk/body/{BODY}/ab/").raise_for_status()
+    wrong = {}
+    for path, kind in SOCKETS.items():
+        for case, kind_of_case in ((own_case, "family"), (reviewed_case, "case")):
+            address = path.replace("{case_id}", case).replace("{window}", "ab").replace("{body}", BODY)
+            is_in = kind == "desk" or kind == kind_of_case == "case"
+            if opens(service, one.http, address) != (is_in and who in MAY[kind]):
+                wrong[address] = who
+            if who == "family" and opens(service, owner.http, address) != (kind == kind_of_case == "family"):
+                wrong[address] = "owner"
+    assert wrong == {}

@@ -60,6 +60,13 @@ class DeskSessions:
                 session.execute(seen.values(seen_at=now()))
         return found
 
+    def is_living(self, session_id: str) -> bool:
+        """Whether the session still counts, and its owner still has an account. Being asked does not keep it awake."""
+        query = self._living().join(ClinicianRow, ClinicianRow.id == ClinicianSessionRow.clinician_id)
+        query = query.where(ClinicianSessionRow.id == session_id, ClinicianRow.disabled_at.is_(None))
+        with self._database.reading() as session:
+            return session.scalar(query) is not None
+
     def list_living(self, clinician: Clinician) -> Sequence[ClinicianSession]:
         """Somebody's sessions, the latest seen first. Their tokens are not known."""
         query = self._living().where(ClinicianSessionRow.clinician_id == clinician.id)

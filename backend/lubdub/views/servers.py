@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
@@ -51,8 +52,14 @@ class OpenView(Generic[Content]):
     server: viser.ViserServer
     content: Content
     port: int
-    watchers: int = 0
+    windows: Counter[str] = field(default_factory=Counter)
+    """The attached windows of browsers, each by the word that its page gave it."""
     last_seen: float = field(default=0.0)
+
+    @property
+    def watchers(self) -> int:
+        """How many windows are attached."""
+        return self.windows.total()
 
 
 class ViewRegistry(Generic[Content]):
@@ -114,15 +121,24 @@ class ViewRegistry(Generic[Content]):
         for case_id in self.ids():
             self.close(case_id)
 
-    def watched(self, case_id: str, change: int) -> int:
-        """A browser came (+1) or went (-1); returns how many watch now."""
+    def watched(self, case_id: str, change: int, window: str = "") -> int:
+        """A browser's window came (+1) or went (-1); returns how many watch now."""
         with self._lock:
             view = self._views.get(case_id)
             if view is None:
                 return 0
-            view.watchers = max(0, view.watchers + change)
+            # What is left of a view that was stopped may come to its successor: less than nothing is nothing.
+            view.windows[window] += change
+            view.windows = +view.windows
             view.last_seen = self._clock()
             return view.watchers
+
+    def is_watched(self, case_id: str, window: str = "") -> bool:
+        """Whether a browser, or this very window of one, is attached to the view."""
+        view = self._views.get(case_id)
+        if view is None:
+            return False
+        return view.windows[window] > 0 if window else view.watchers > 0
 
     def _start(self, case_id: str, build: Callable[[viser.ViserServer], Content]) -> OpenView[Content]:
         if len(self._views) >= self._most_open:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, field
 
@@ -81,8 +80,6 @@ class BodyViews:
     def __init__(self, marks: ReferenceMarks) -> None:
         self._marks = marks
         self._registry: ViewRegistry[Marking] = ViewRegistry()
-        self._windows: Counter[tuple[str, str]] = Counter()
-        self._lock = threading.Lock()
 
     def open(self, name: str, by: Reviewer, sides: Sides) -> OpenView[Marking]:
         """The clinician's view of the body, built if need be. Raises BodyNotFound, ViewsFull."""
@@ -122,16 +119,11 @@ class BodyViews:
 
     def is_watched(self, name: str, by: Reviewer, window: str) -> bool:
         """Whether this window of a browser is attached to the clinician's view."""
-        return self._windows[_key(name, by), window] > 0
+        return self._registry.is_watched(_key(name, by), window)
 
     def watched(self, name: str, by: Reviewer, change: int, window: str) -> None:
         """A browser's window came or went."""
-        key = _key(name, by)
-        with self._lock:
-            self._windows[key, window] += change
-            if self._windows[key, window] <= 0:
-                del self._windows[key, window]
-        self._registry.watched(key, change)
+        self._registry.watched(_key(name, by), change, window)
 
     def open_count(self) -> int:
         """How many views are open."""

@@ -78,4 +78,8 @@ async def relay(
     if view is None:
         return await websocket.close(NOT_FOR_YOU)
     role: ViewerRole = "watching" if told.is_closed else "placing"
-    return await join(websocket, view.port, role, lambda change: views.watched(body, by, change, window))
+
+    def may_see() -> bool:
+        return held.staff.sessions.is_living(known.id)
+
+    return await join(websocket, view.port, role, lambda change: views.watched(body, by, change, window), may_see)

@@ -7,12 +7,15 @@ from urllib.parse import urlencode
 
 from fastapi import Request
 from fastapi.responses import HTMLResponse, Response
+from fastapi.sse import ServerSentEvent
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection
 
 from lubdub.cases.desk_values import ROLES, ClinicianSession, Role, may
 from lubdub.web.guard import SAFE_METHODS
 from lubdub.web.pages_common import go
 from lubdub.web.pages_look import gettext_of, render
+from lubdub.web.services import Services
 
 HOME = "/desk"
 SIGN_IN = "/desk/sign-in"
@@ -36,6 +39,18 @@ def show(
     me = session.clinician
     facts = {"me": me, "may": {least: may(me.role, least) for least in ROLES}, **facts}
     return render(request, template, session, status_code, **facts)
+
+
+async def is_over(request: Request, session: ClinicianSession) -> bool:
+    """Whether a stream to this browser must end: the service stops, or the session does not count any more."""
+    if request.app.state.is_stopping():
+        return True
+    held: Services = request.app.state.services
+    return not await run_in_threadpool(held.staff.sessions.is_living, session.id)
+
+
+OVER = ServerSentEvent(event="over", data={})
+"""The last word to a page whose session ended: it loads itself anew and so leads to the sign-in page."""
 
 
 def role_words(request: Request) -> dict[Role, str]:

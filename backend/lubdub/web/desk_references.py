@@ -20,7 +20,7 @@ from lubdub.results import AREA_NAMES, AreaName
 from lubdub.web.body_views import BodyViews
 from lubdub.web.deps import ClinicianDep, DeskGuard, ReferenceMarksDep
 from lubdub.web.desk_body_view import BodyDep, BodyViewsDep
-from lubdub.web.desk_common import show
+from lubdub.web.desk_common import OVER, is_over, show
 from lubdub.web.desk_references_words import BodyWords
 from lubdub.web.desk_review import KEEP_ALIVE_POLLS, POLL_S, number_said
 from lubdub.web.desk_view import reviewer
@@ -67,7 +67,7 @@ async def live(
 ) -> AsyncIterator[ServerSentEvent]:
     """Tells the page when something was marked, and whether its own window of the view is connected."""
     by, name, told, silent = reviewer(session), body.card["id"], None, 0
-    while not request.app.state.is_stopping():
+    while not await is_over(request, session):
         stands = await run_in_threadpool(marks.told, by, name)
         status = "closed" if stands.is_closed else "open"
         now = (stands.mine.version, status, views.is_watched(name, by, window))
@@ -78,6 +78,8 @@ async def live(
             )
         silent += 1
         await asyncio.sleep(POLL_S)
+    if not request.app.state.is_stopping():
+        yield OVER
 
 
 @router.post(f"{ONE}/look", dependencies=[DeskGuard])
@@ -100,14 +102,14 @@ def act(
     _, name = gettext_of(request), body.card["id"]
     acting = _Acting(name, reviewer(session), form, marks, views)
     try:
-        is_over = acting.do(said(form, "action"))
+        is_done = acting.do(said(form, "action"))
     except ReviewMoved as error:
         message = _("These marks went on in another window. Look at them as they are now, and do it again.")
         raise Problem("state-conflict", message) from error
     except StateConflict as error:
         raise Problem("state-conflict", _("That cannot be done with this body now.")) from error
     views.follow(name, acting.by)
-    if is_over:
+    if is_done:
         return JSONResponse({"next": PAGE}) if wants_json(request) else go(PAGE)
     if wants_json(request):
         return _fragments(request, marks.told(acting.by, name), session, said(form, "area"))

@@ -23,7 +23,7 @@ from lubdub.report.archive import outcome_from_bytes
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, Reason
 from lubdub.views.reviewing import LAYERS, Layer
 from lubdub.web.deps import ActionsDep, ClinicianDep, DeskGuard, FilesDep, ReviewsDep, StoreDep
-from lubdub.web.desk_common import HOME, show
+from lubdub.web.desk_common import HOME, OVER, is_over, show
 from lubdub.web.desk_review_words import ReviewWords, Stand, decline_choices, state_words
 from lubdub.web.desk_view import DeskCaseDep, ReviewViewsDep, reviewer
 from lubdub.web.pages_common import FormDep, go, said, wants_json
@@ -95,7 +95,7 @@ async def live(
 ) -> AsyncIterator[ServerSentEvent]:
     """Tells the page when the review went on, and whether its own window of the view is connected."""
     by, told, silent = reviewer(session), None, 0
-    while not request.app.state.is_stopping():
+    while not await is_over(request, session):
         version = (await run_in_threadpool(reviews.read, by.actor, case.id)).version
         status = (await run_in_threadpool(store.get, by.actor, case.id)).status
         running = views.running(case.id, by)
@@ -108,6 +108,8 @@ async def live(
             yield ServerSentEvent(event="marks", data=data, retry=1000)
         silent += 1
         await asyncio.sleep(POLL_S)
+    if not request.app.state.is_stopping():
+        yield OVER
 
 
 @router.post("/desk/cases/{case_id}/look", dependencies=[DeskGuard])

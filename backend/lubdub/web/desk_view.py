@@ -91,4 +91,8 @@ async def relay(
     if view is None:
         return await websocket.close(NOT_FOR_YOU)
     role: ViewerRole = "moving" if case.status == "in_review" else "watching"
-    return await join(websocket, view.port, role, lambda change: views.watched(case_id, by, change, window))
+
+    def may_see() -> bool:
+        return held.staff.sessions.is_living(known.id) and held.store.has(by.actor, case_id)
+
+    return await join(websocket, view.port, role, lambda change: views.watched(case_id, by, change, window), may_see)

@@ -15,7 +15,7 @@ from starlette.concurrency import run_in_threadpool
 from lubdub.cases.clock import now
 from lubdub.cases.worklist import SHELVES, Entry, Shelf
 from lubdub.web.deps import ClinicianDep, WorklistDep
-from lubdub.web.desk_common import show
+from lubdub.web.desk_common import OVER, is_over, show
 from lubdub.web.desk_review_words import state_words
 from lubdub.web.languages import language_of
 from lubdub.web.pages_look import gettext_of
@@ -60,13 +60,15 @@ def worklist(
 async def live(request: Request, session: ClinicianDep, cases: WorklistDep) -> AsyncIterator[ServerSentEvent]:
     """Says that something changed on the list; the page then asks for it anew."""
     told, silent = "", 0
-    while not request.app.state.is_stopping():
+    while not await is_over(request, session):
         state = await run_in_threadpool(cases.state, session.actor)
         if state != told or silent >= KEEP_ALIVE_POLLS:
             told, silent = state, 0
             yield ServerSentEvent(event="marks", data={"version": state}, retry=2000)
         silent += 1
         await asyncio.sleep(POLL_S)
+    if not request.app.state.is_stopping():
+        yield OVER
 
 
 def _row(request: Request, entry: Entry) -> dict[str, Any]:

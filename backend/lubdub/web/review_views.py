@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import threading
-from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -57,8 +56,6 @@ class ReviewViews:
         self._reviews = reviews
         self._snapshots = snapshots
         self._registry: ViewRegistry[Judging] = ViewRegistry()
-        self._windows: Counter[tuple[str, str]] = Counter()
-        self._lock = threading.Lock()
 
     def open(self, case: Case, by: Reviewer, sides: Sides) -> OpenView[Judging]:
         """The clinician's view of the case, built if need be. Raises FileNotFound without a result, ViewsFull."""
@@ -127,16 +124,11 @@ class ReviewViews:
 
     def is_watched(self, case_id: str, by: Reviewer, window: str) -> bool:
         """Whether this window of a browser is attached to the clinician's view."""
-        return self._windows[_key(case_id, by), window] > 0
+        return self._registry.is_watched(_key(case_id, by), window)
 
     def watched(self, case_id: str, by: Reviewer, change: int, window: str) -> None:
         """A browser's window came or went."""
-        key = _key(case_id, by)
-        with self._lock:
-            self._windows[key, window] += change
-            if self._windows[key, window] <= 0:
-                del self._windows[key, window]
-        self._registry.watched(key, change)
+        self._registry.watched(_key(case_id, by), change, window)
 
     def open_count(self) -> int:
         """How many views are open."""

@@ -38,6 +38,8 @@ REFUSED_QUERY = frozenset({"websocket", "playbackPath"})
 WindowName = Annotated[str, Field(pattern="^[0-9a-f]{0,16}$")]
 ROOM_AFTER_S = 120
 """When views are full: by then somebody may have gone on."""
+ASK_AGAIN_S = 1.0
+"""So soon after a session ended, or a case was deleted or moved, its picture is gone from other screens."""
 TOO_BIG = 1009
 NOT_FOR_YOU = 1008
 INTERNAL = 1011
@@ -95,13 +97,20 @@ async def relay(
     if view is None:
         return await websocket.close(NOT_FOR_YOU)
     role = await run_in_threadpool(_role, case, desk)
-    return await join(websocket, view.port, role, lambda change: desk.watched(case_id, change, window))
+
+    def may_see() -> bool:
+        return held.people.session_of(known.token) is not None and held.store.has(known.actor, case_id)
+
+    return await join(websocket, view.port, role, lambda change: desk.watched(case_id, change, window), may_see)
 
 
-async def join(websocket: WebSocket, port: int, role: ViewerRole, watched: Callable[[int], None]) -> None:
+async def join(
+    websocket: WebSocket, port: int, role: ViewerRole, watched: Callable[[int], None], may_see: Callable[[], bool]
+) -> None:
     """Connect a browser that may see the view with the view itself, until one of them ends.
 
     watched: told +1 when the browser came and -1 when it went.
+    may_see: asked again and again; the browser is cut off once it says no.
     """
     offered = [Subprotocol(name) for name in websocket.scope.get("subprotocols", [])]
     try:
@@ -109,15 +118,15 @@ async def join(websocket: WebSocket, port: int, role: ViewerRole, watched: Calla
             f"ws://127.0.0.1:{port}", subprotocols=offered or None, max_size=None, compression=None, proxy=None
         )
     except (OSError, websockets.InvalidHandshake):
-        return await websocket.close(TRY_AGAIN)  # the view was just stopped; the page asks for a new one
+        await websocket.close(TRY_AGAIN)  # the view was just stopped; the page asks for a new one
+        return
     async with upstream:
         await websocket.accept(subprotocol=upstream.subprotocol)
         watched(+1)
         try:
-            await _carry(websocket, upstream, Gate(role))
+            await _carry(websocket, upstream, Gate(role), may_see)
         finally:
             watched(-1)
-    return None
 
 
 def _role(case: Case, desk: ViewDesk) -> ViewerRole:
@@ -134,17 +143,26 @@ def is_own_origin(websocket: WebSocket, address: str) -> bool:
     return urlsplit(origin).netloc in {urlsplit(address).netloc, websocket.headers.get("host")}
 
 
-async def _carry(websocket: WebSocket, upstream: ClientConnection, gate: Gate) -> None:
-    """Both directions until one side ends; the other side then ends with the same code."""
-    down = asyncio.create_task(_to_browser(websocket, upstream))
-    up = asyncio.create_task(_to_viser(websocket, upstream, gate))
-    done, _ = await asyncio.wait({down, up}, return_when=asyncio.FIRST_COMPLETED)
-    for task in (down, up):
+async def _carry(websocket: WebSocket, upstream: ClientConnection, gate: Gate, may_see: Callable[[], bool]) -> None:
+    """Both directions until one side ends, or until it may not be seen any more; the other side ends with the same."""
+    tasks = {
+        asyncio.create_task(_to_browser(websocket, upstream)),
+        asyncio.create_task(_to_viser(websocket, upstream, gate)),
+        asyncio.create_task(_until_forbidden(may_see)),
+    }
+    done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    for task in tasks:
         task.cancel()
-    await asyncio.gather(down, up, return_exceptions=True)
+    await asyncio.gather(*tasks, return_exceptions=True)
     code = next((task.result() for task in done if not task.cancelled() and task.exception() is None), INTERNAL)
     with suppress(RuntimeError, WebSocketDisconnect):  # the browser may have gone first
         await websocket.close(code)
+
+
+async def _until_forbidden(may_see: Callable[[], bool]) -> int:
+    while await run_in_threadpool(may_see):
+        await asyncio.sleep(ASK_AGAIN_S)
+    return NOT_FOR_YOU
 
 
 async def _to_browser(websocket: WebSocket, upstream: ClientConnection) -> int:

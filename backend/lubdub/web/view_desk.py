@@ -54,7 +54,6 @@ class ViewDesk:
         self._registry: ViewRegistry[Showing] = ViewRegistry()
         self._listened: Counter[str] = Counter()
         self._known: dict[str, Snapshot | None] = {}
-        self._windows: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
 
     def open(self, case_id: str, sides: Sides) -> OpenView[Showing]:
@@ -152,18 +151,11 @@ class ViewDesk:
 
     def is_watched(self, case_id: str, window: str = "") -> bool:
         """Whether a browser, or this very window of one, is attached to the case's view."""
-        running = self._registry.get(case_id)
-        if running is None or running.watchers == 0:
-            return False
-        return not window or self._windows[case_id, window] > 0
+        return self._registry.is_watched(case_id, window)
 
     def watched(self, case_id: str, change: int, window: str = "") -> None:
         """A browser's window came or went."""
-        with self._lock:
-            self._windows[case_id, window] += change
-            if self._windows[case_id, window] <= 0:
-                del self._windows[case_id, window]
-        self._registry.watched(case_id, change)
+        self._registry.watched(case_id, change, window)
 
     def close(self, case_id: str) -> None:
         """Stop the case's view. Off the event loop only."""

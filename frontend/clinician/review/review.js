@@ -1,19 +1,16 @@
 // The review page, and the page on which a reference body is marked: buttons answer without a reload, the stream says
 // when things went on elsewhere or the picture was lost, and the arrow keys move the area in hand along the skin. All
 // words come from the server.
-import { follow, pause } from "/static/family/points/link.js";
+import { follow } from "/static/lib/link.js";
+import { connection, cut } from "/static/lib/lost_view.js";
 
 const review = document.getElementById("review");
 const panel = document.getElementById("panel");
-const view = document.getElementById("view");
-const waiting = document.getElementById("frame-waiting");
-const lost = document.getElementById("frame-lost");
 const scale = document.getElementById("scale");
 const told = document.getElementById("told");
 const base = review.dataset.base;
 const asJson = { headers: { Accept: "application/json" } };
 
-const FIRST_MS = 60000;
 const STEP_MM = 2;
 const LONG_STEP_MM = 10;
 const STEPS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -128,33 +125,6 @@ panel.addEventListener("keydown", (event) => {
   if (!isMoving) move(landmark ? { landmark } : { area }).catch(failed);
 });
 
-// A lost link leaves the last picture standing, which looks alive: say so, and load the view again.
-let isShown = false;
-let isStale = false;
-let reloads = 0;
-let again = null;
-
-function showAgain() {
-  isStale = false;
-  again = null;
-  reloads += 1;
-  view.src = view.getAttribute("src");
-}
-
-function connection(isConnected) {
-  if (isConnected && isStale) showAgain();
-  else if (isConnected) {
-    clearTimeout(again);
-    again = null;
-    reloads = 0;
-    isShown = true;
-  } else {
-    again ??= setTimeout(showAgain, isShown || reloads > 0 ? 2 * pause(reloads) : FIRST_MS);
-  }
-  waiting.hidden = isConnected || isShown;
-  lost.hidden = isConnected || !isShown;
-}
-
 let status = null;
 
 function heard(now) {
@@ -165,12 +135,4 @@ function heard(now) {
   if (now.version !== version && !isMoving) refresh().catch(() => {});
 }
 
-function cut() {
-  isStale = isShown;
-  clearTimeout(again);
-  again = null;
-  lost.hidden = !isShown;
-}
-
 follow(`${base}/live?window=${review.dataset.window}`, { heard, lost: cut });
-document.getElementById("frame-again").addEventListener("click", showAgain);

@@ -1,6 +1,6 @@
 // The worklist: j, k and the arrow keys go from case to case while one of them has the focus; when the server says that
 // something changed, the list alone is asked for anew, and whoever stood on a case still stands on it.
-import { follow } from "/static/family/points/link.js";
+import { follow } from "/static/lib/link.js";
 
 const list = document.getElementById("worklist");
 const told = document.getElementById("told");

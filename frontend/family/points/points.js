@@ -1,19 +1,15 @@
 // The points page: buttons answer without a reload, the server's stream says what was tapped, the crosshair
 // serves those who cannot tap. The words all come from the server; this file only swaps them in.
-import { follow, pause } from "/static/family/points/link.js";
+import { follow } from "/static/lib/link.js";
+import { connection, cut } from "/static/lib/lost_view.js";
 
 const marking = document.getElementById("marking");
 const pieces = ["ask", "actions", "list"].map((name) => [name, document.getElementById(name)]);
 const said = document.getElementById("said");
-const view = document.getElementById("view");
-const waiting = document.getElementById("frame-waiting");
-const lost = document.getElementById("frame-lost");
 const cross = document.getElementById("frame-cross");
 const crossToggle = document.getElementById("cross-toggle");
 const crossForm = document.getElementById("cross-form");
 const crossPlace = document.getElementById("cross-place");
-
-const FIRST_MS = 60000; // a slow phone may take this long to draw the first picture
 
 let version = -1;
 
@@ -60,45 +56,13 @@ document.addEventListener("submit", (event) => {
   send(form, event.submitter).catch(() => complain(marking.dataset.failed));
 });
 
-// A lost link leaves the last picture standing, which looks alive: say so, and load the view again.
-let isShown = false;
-let isStale = false;
-let reloads = 0;
-let again = null;
-
-function showAgain() {
-  isStale = false;
-  again = null;
-  reloads += 1;
-  view.src = view.getAttribute("src");
-}
-
-function connection(isConnected) {
-  if (isConnected && isStale) showAgain();
-  else if (isConnected) {
-    clearTimeout(again);
-    again = null;
-    reloads = 0;
-    isShown = true;
-  } else if (isShown || reloads > 0) {
-    again ??= setTimeout(showAgain, 2 * pause(reloads));
-  } else {
-    again ??= setTimeout(showAgain, FIRST_MS);
-  }
-  waiting.hidden = isConnected || isShown;
-  lost.hidden = isConnected || !isShown;
-}
-
 function heard(now) {
   connection(now.connected);
   if (now.version !== version) refresh().catch(() => {});
 }
 
-function cut() {
-  isStale = isShown;
-  clearTimeout(again);
-  again = null;
-  lost.hidden = !isShown;
+function lost() {
+  cut();
   if (navigator.onLine) refresh().catch(() => {});
 }
 
@@ -107,8 +71,7 @@ function canDraw() {
 }
 
 if (canDraw()) {
-  follow(marking.dataset.live, { heard, lost: cut });
-  document.getElementById("frame-again").addEventListener("click", showAgain);
+  follow(marking.dataset.live, { heard, lost });
 } else {
   document.getElementById("no-webgl").hidden = false;
   for (const name of ["frame", "tools"]) document.getElementById(name).hidden = true;

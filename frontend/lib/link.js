@@ -24,6 +24,7 @@ export function follow(address, { heard, lost }) {
       tries = 0;
       heard(JSON.parse(event.data));
     });
+    stream.addEventListener("over", () => window.location.reload()); // nobody is signed in here any more
     stream.addEventListener("error", drop);
   }
 
