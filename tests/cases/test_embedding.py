@@ -8,7 +8,7 @@ import pytest
 
 from lubdub.cases.database import Database
 from lubdub.cases.embedding import Embedding
-from lubdub.cases.errors import LinkSpent
+from lubdub.cases.errors import FrameLinkSpent
 from lubdub.cases.files import FileVault
 from tests.cases.conftest import Room, girl_of_six
 
@@ -30,7 +30,7 @@ def offered(room: Room) -> tuple[Embedding, str]:
 def test_a_link_works_once(room: Room) -> None:
     embedding, token = offered(room)
     assert embedding.take(token).session is not None
-    with pytest.raises(LinkSpent):
+    with pytest.raises(FrameLinkSpent):
         embedding.take(token)
 
 
@@ -41,18 +41,23 @@ def test_a_token_changed_anywhere_never_reaches_the_database(room: Room, part: i
     parts[part] = re.sub("^.", "1" if parts[part][0] == "0" else "0", parts[part])
     nowhere = Embedding(NoDatabase(), room.vault)  # type: ignore[arg-type]
     for forged in (".".join(parts), token[:-1], "", "....", "made-up", "\u00e9.1.2.3"):
-        with pytest.raises(LinkSpent):
+        with pytest.raises(FrameLinkSpent):
             nowhere.take(forged)
 
 
-def test_a_token_of_another_service_or_one_too_old_never_reaches_the_database(
-    room: Room, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_token_of_another_service_never_reaches_the_database(room: Room) -> None:
     _, token = offered(room)
     database = Database(f"sqlite:///{room.folder / 'other.sqlite'}")
     other = FileVault(database, (room.folder / "others").as_uri(), room.folder / "other.key")
-    with pytest.raises(LinkSpent):
+    with pytest.raises(FrameLinkSpent) as spent:
         Embedding(NoDatabase(), other).take(token)  # type: ignore[arg-type]
+    assert spent.value.origins == ()
+
+
+def test_a_token_that_is_too_old_opens_nothing_and_says_whose_page_it_was_made_for(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    embedding, token = offered(room)
     until = int(token.split(".")[1])
 
     class Later:
@@ -61,5 +66,6 @@ def test_a_token_of_another_service_or_one_too_old_never_reaches_the_database(
             return float(until)
 
     monkeypatch.setattr("lubdub.cases.embedding.now", Later)
-    with pytest.raises(LinkSpent):
-        Embedding(NoDatabase(), room.vault).take(token)  # type: ignore[arg-type]
+    with pytest.raises(FrameLinkSpent) as spent:
+        embedding.take(token)
+    assert spent.value.origins == ("https://portal.example",)

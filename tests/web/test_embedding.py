@@ -83,6 +83,25 @@ def test_a_link_works_once_and_only_in_a_frame(service: Service, framer: Portal)
     assert httpx.get(newer, headers=IN_A_FRAME).status_code == 303
 
 
+def test_a_spent_link_says_so_in_the_portals_frame_and_in_no_other(service: Service, framer: Portal) -> None:
+    address = link(framer, framer.open_case())
+    httpx.get(address, headers=IN_A_FRAME)
+    spent = httpx.get(f"{address}?language=es", headers=IN_A_FRAME)
+    assert spent.status_code == 404
+    assert f"frame-ancestors 'self' {ORIGIN};" in spent.headers["content-security-policy"] + ";"
+    assert "x-frame-options" not in spent.headers
+    assert "set-cookie" not in spent.headers
+    assert '<html lang="es"' in spent.text
+    assert re.search("<(a|form|button) (?!class=.nhsuk-skip)", spent.text) is None, "nothing to press but to go on"
+    case = framer.open_case()
+    older, _newer = link(framer, case), link(framer, case)
+    assert ORIGIN in httpx.get(older, headers=IN_A_FRAME).headers["content-security-policy"]
+    unknown = httpx.get(f"{service.settings.address}/embed/none", headers=IN_A_FRAME)
+    assert unknown.status_code == 404
+    assert unknown.headers["x-frame-options"] == "SAMEORIGIN"
+    assert ORIGIN not in unknown.headers["content-security-policy"]
+
+
 def test_the_portal_chooses_the_language_of_its_frame(service: Service, framer: Portal) -> None:
     case = framer.open_case()
     asked = {"shows": "journey", "language": "ja"}

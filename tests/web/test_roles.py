@@ -117,7 +117,6 @@ SOCKETS = {
 }
 """Path of each socket -> kind of route. Whoever may not is refused before it opens."""
 BODY = "girl-06"
-"""A reference body that everybody at a desk may look at."""
 DOOR = {"not-signed-in", "scope-missing", "role-missing", "cross-site", "case-not-found"}
 """The problems of whoever may not; every other answer, also another problem, is past the door."""
 LAST = ("POST /cases/{case_id}/remove", "DELETE /api/v1/cases/{case_id}")
@@ -249,7 +248,6 @@ def test_the_desk_tells_strangers_from_those_whose_role_is_too_small(service: Se
 
 @pytest.fixture(scope="module")
 def pictured(service: Service) -> tuple[Family, str]:
-    """A family whose body is to be seen, with its case."""
     owner = Family(service)
     case = owner.confirmed()
     owner.get(f"/view/{case}/")

@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from lubdub.cases import audit
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
-from lubdub.cases.errors import LinkSpent, StateConflict
+from lubdub.cases.errors import FrameLinkSpent, StateConflict
 from lubdub.cases.files import FileVault
 from lubdub.cases.models import CaseRow, FamilySessionRow, LinkRow, TenantRow
 from lubdub.cases.people import TOKEN_BYTES, embedded_session, token_sha256
@@ -101,10 +101,13 @@ class Embedding:
     def take(self, token: str) -> Embedded:
         """Open the link's case: for a journey in a new session, which alone has the case from now on.
 
-        Raises LinkSpent.
+        Raises FrameLinkSpent.
         """
         moment = now()
-        tenant = self._tenant_of(token, moment)
+        tenant, until = self._signed_words(token)
+        if until <= moment.timestamp():
+            with self._database.reading() as session:
+                raise FrameLinkSpent(_origins_of(session, tenant))
         query = sa.select(LinkRow).where(
             LinkRow.token_sha256 == token_sha256(token),
             LinkRow.purpose.in_(PURPOSES.values()),
@@ -115,7 +118,7 @@ class Embedding:
             link = session.scalar(query.with_for_update())
             row = None if link is None else session.get(CaseRow, link.case_id, with_for_update=True)
             if link is None or row is None or row.deleted_at is not None or row.tenant_id != tenant:
-                raise LinkSpent("embed")
+                raise FrameLinkSpent(_origins_of(session, tenant))
             link.used_at = moment
             portal = session.get_one(TenantRow, row.tenant_id)
             opened = None
@@ -131,15 +134,19 @@ class Embedding:
         words = f"{tenant}.{int(until.timestamp())}.{secrets.token_urlsafe(TOKEN_BYTES)}"
         return f"{words}.{self._vault.signature(words)}"
 
-    def _tenant_of(self, token: str, moment: datetime) -> str:
-        """The organisation whose link it is. Raises LinkSpent for a token that is not signed, or is too old."""
+    def _signed_words(self, token: str) -> tuple[str, int]:
+        """The organisation whose link it is, and until when it works. Raises FrameLinkSpent for an unsigned token."""
         words, _, signed = token.rpartition(".")
         if not hmac.compare_digest(signed.encode(), self._vault.signature(words).encode()):
-            raise LinkSpent("embed")
+            raise FrameLinkSpent(())
         tenant, until, _ = words.split(".")
-        if int(until) <= moment.timestamp():
-            raise LinkSpent("embed")
-        return tenant
+        return tenant, int(until)
+
+
+def _origins_of(session: Session, tenant_id: str) -> tuple[str, ...]:
+    """Whose pages may frame the organisation's cases; none when it is gone."""
+    tenant = session.get(TenantRow, tenant_id)
+    return () if tenant is None else tuple(tenant.embed_origins or ())
 
 
 def _new_session(session: Session, portal: TenantRow, moment: datetime) -> FamilySession:

@@ -59,6 +59,14 @@ class LinkSpent(Exception):
     """The link was used before, is too old, or never was one: the three are not told apart."""
 
 
+class FrameLinkSpent(LinkSpent):
+    """A link into a frame was spent. origins: whose pages may be told so inside them; none for an unknown link."""
+
+    def __init__(self, origins: tuple[str, ...]) -> None:
+        super().__init__("embed")
+        self.origins = origins
+
+
 class ReviewMoved(StateConflict):
     """Somebody else went on with the review meanwhile. Nothing was changed by the call."""
 

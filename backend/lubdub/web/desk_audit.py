@@ -13,7 +13,9 @@ from fastapi.responses import Response, StreamingResponse
 
 from lubdub.cases.trail import Line
 from lubdub.web.deps import LeadDep, StaffDep
+from lubdub.web.desk_audit_words import action_words
 from lubdub.web.desk_common import show
+from lubdub.web.pages_look import gettext_of
 
 AUDIT = "/desk/audit"
 LINES = 100
@@ -38,6 +40,7 @@ def trail(
     lines = staff.trail.page(session.actor, before, case.strip(), LINES)
     facts: dict[str, Any] = {
         "lines": lines,
+        "done": action_words(gettext_of(request)),
         "searched": case,
         "next": lines[-1].sequence if len(lines) == LINES else None,
         "is_checked": check,

@@ -141,7 +141,7 @@ def act(
     _ = gettext_of(request)
     acting = _Acting(case, reviewer(session), form, reviews, views, actions)
     try:
-        is_over = acting.do(said(form, "action"))
+        is_done = acting.do(said(form, "action"))
     except ReviewMoved as error:
         message = _("Somebody else went on with this review. Look at it as it is now, and do it again.")
         raise Problem("state-conflict", message) from error
@@ -151,7 +151,7 @@ def act(
         message = _("The picture is not there yet. Wait until it is, and look again.")
         raise Problem("not-ready", message) from error
     views.follow(case.id, acting.by)
-    if is_over:
+    if is_done:
         return JSONResponse({"next": HOME}) if wants_json(request) else go(HOME)
     if wants_json(request):
         return _fragments(request, case, session, files, reviews, said(form, "area"))

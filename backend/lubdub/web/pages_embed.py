@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
-from lubdub.cases.errors import LinkSpent
+from lubdub.cases.errors import FrameLinkSpent
 from lubdub.cases.values import Case
 from lubdub.web import guard
 from lubdub.web.api_results import VIEW_POLICY, saved_result
@@ -13,6 +13,7 @@ from lubdub.web.deps import EmbeddingDep, FilesDep, ReviewsDep, SettingsDep, Sto
 from lubdub.web.framing import STATE
 from lubdub.web.languages import COOKIE as LANGUAGE
 from lubdub.web.languages import languages
+from lubdub.web.pages_look import render
 from lubdub.web.problems import Problem
 
 router = APIRouter(include_in_schema=False)
@@ -34,8 +35,11 @@ def entered(
         raise Problem("page-not-found", "This address works inside the page of a portal alone.")
     try:
         opened = embedding.take(token)
-    except LinkSpent as error:
-        raise Problem("page-not-found", "This link was used, or is too old. Ask the portal for a new one.") from error
+    except FrameLinkSpent as spent:
+        if spent.origins:
+            setattr(request.state, STATE, spent.origins)
+        request.state.language = language
+        return render(request, "family/lost/spent_frame.html", status_code=404)
     setattr(request.state, STATE, opened.origins)
     request.state.case = opened.case
     if opened.session is not None:
