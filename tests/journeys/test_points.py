@@ -181,6 +181,7 @@ def test_a_view_cut_off_says_so_and_comes_back_with_the_points(home: Home, child
     at_rest(page)
     expect_marked(page, 1)
     page.get_by_role("button", name="It is right: next").click()
+    expect(page.get_by_role("heading", name="Feel the lower end of the breastbone")).to_be_visible()
     page.touchscreen.tap(*middle_of_view(page, 0.5, 0.5))
     expect_marked(page, 2)
 
