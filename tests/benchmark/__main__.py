@@ -15,6 +15,7 @@ from lubdub.settings import Settings
 from tests.benchmark import accuracy, damaged, paper_tables, references, repeat, stickers
 from tests.benchmark.calibration import CALIBRATION
 from tests.benchmark.experiment import Experiment
+from tests.benchmark.hostile import HOSTILE
 from tests.benchmark.journey import JOURNEY
 from tests.benchmark.load import LOAD
 from tests.benchmark.peers import PEERS_EXPERIMENT
@@ -27,6 +28,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     accuracy.COHORT,
     CALIBRATION,
     damaged.DAMAGED,
+    HOSTILE,
     JOURNEY,
     LOAD,
     paper_tables.PAPER,
@@ -67,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("name", metavar="NAME", choices=[one.name for one in EXPERIMENTS], help="which, see below")
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other people and other noise")
-    parser.add_argument("--size", type=_count, help="how much of it; see below")
+    parser.add_argument("--size", "--files", type=_count, help="how much of it; see below")
     parser.add_argument("--minutes", type=_count, dest="size", help="the same, for what is measured in minutes")
     parser.add_argument(
         "--references", type=Path, metavar="DIR", help="for `references`: the folder of one's own bodies and marks"

@@ -46,7 +46,8 @@ def checked_surface(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
     """A Surface, after the checks that keep later numerics safe.
 
     vertices: (n, 3) numbers; triangles: (m, 3) integers, m may be 0. Raises ScanUnreadable on too many or no
-    points, numbers that are not finite or beyond reason, and indices of vertices that are not there.
+    points, numbers that are not finite or beyond reason, indices of vertices that are not there, and triangles
+    that are all no more than a point.
     """
     if len(vertices) > LIMITS.vertices:
         raise unreadable("too_many_points")
@@ -57,6 +58,8 @@ def checked_surface(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
     if not (np.abs(vertices).max() < LIMITS.coordinate):  # also False for nan
         raise unreadable("bad_number")
     if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
+        raise unreadable("bad_face")
+    if len(triangles) and not (triangles[:, :1] != triangles[:, 1:]).any():
         raise unreadable("bad_face")
     return Surface(vertices, triangles)
 
@@ -71,6 +74,12 @@ def check_counts(vertices: int, faces: int = 0) -> None:
         raise unreadable("too_many_faces")
     if vertices == 0:
         raise unreadable("no_points")
+
+
+def check_rest(data: bytes, end: int) -> None:
+    """Raises ScanUnreadable when something hangs behind the end: more points than the head says, or another file."""
+    if data[end:].strip(b"\0 \t\r\n"):
+        raise unreadable("too_long")
 
 
 def fan(polygons: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from lubdub.results import RawScan
 from lubdub.scans.glb_accessors import Accessors
 from lubdub.scans.glb_nodes import placed_meshes
 from lubdub.scans.glb_paint import Paint
-from lubdub.scans.limits import LIMITS, check_counts, checked_surface
+from lubdub.scans.limits import LIMITS, check_counts, check_rest, checked_surface
 from lubdub.scans.reasons import unreadable
 
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
@@ -51,6 +51,7 @@ def _chunks(data: bytes) -> tuple[Mapping[str, Any], bytes]:
         raise unreadable("bad_header")
     if length > len(data) or 20 + text_length > length:
         raise unreadable("cut_short")
+    check_rest(data, length)
     try:
         document = json.loads(data[20 : 20 + text_length])
     except (ValueError, RecursionError) as error:
@@ -63,6 +64,7 @@ def _chunks(data: bytes) -> tuple[Mapping[str, Any], bytes]:
     body_length, body_kind = struct.unpack_from("<I4s", data, at)
     if body_kind != b"BIN\0" or at + 8 + body_length > length:
         raise unreadable("cut_short")
+    check_rest(data, at + 8 + body_length)
     return document, data[at + 8 : at + 8 + body_length]
 
 

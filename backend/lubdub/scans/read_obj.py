@@ -15,6 +15,16 @@ from lubdub.scans.unzip import Beside
 
 _VERTEX_LINE = re.compile(rb"^[ \t]*v[ \t]+([^\r\n]*)", re.MULTILINE)
 _FACE_LINE = re.compile(rb"^[ \t]*f[ \t]+([^\r\n]*)", re.MULTILINE)
+_FIRST_WORD = re.compile(rb"^[ \t]*([^\s#]\S*)", re.MULTILINE)
+_WORDS = frozenset(
+    (
+        b"v vt vn vp f fo l p o g s mg mtllib usemtl usemap maplib call csh deg bmat step cstype curv curv2 surf parm "
+        b"trim hole scrv sp end con bevel c_interp d_interp lod shadow_obj trace_obj ctech stech"
+    ).split()
+)
+"""Every word of the format. Another one at the beginning of a line is damage, or another file in the middle of this."""
+_COLUMNS = {3, 4, 6, 7}
+"""A place, a place with its weight, and either with a colour behind."""
 _TEXTURE_AND_NORMAL = re.compile(rb"/[0-9/-]*")
 _CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
 
@@ -26,8 +36,12 @@ def read_obj(data: bytes, beside: Beside | None = None) -> RawScan:
     """
     if b"\\" in data:
         data = _CONTINUED.sub(b" ", data)
+    if not _WORDS.issuperset(_FIRST_WORD.findall(data)):
+        raise unreadable("bad_line")
     vertex_lines, face_lines = _VERTEX_LINE.findall(data), _FACE_LINE.findall(data)
     check_counts(len(vertex_lines), len(face_lines))
+    if not {len(line.split()) for line in vertex_lines} <= _COLUMNS:
+        raise unreadable("bad_number")
     vertices = number_table(vertex_lines, (0, 1, 2))
     triangles, corner_counts = _triangles(face_lines)
     surface = checked_surface(vertices, triangles)

@@ -6,11 +6,11 @@ import numpy as np
 
 from lubdub.geometry.colour import Colouring
 from lubdub.results import RawScan
-from lubdub.scans.limits import check_counts, checked_surface, fan
+from lubdub.scans.limits import check_counts, check_rest, checked_surface, fan
 from lubdub.scans.ply_header import Element, Header, read_header
 from lubdub.scans.ply_lists import polygons_in_bytes
 from lubdub.scans.reasons import unreadable
-from lubdub.scans.tables import number_table, polygon_table
+from lubdub.scans.tables import check_columns, number_table, polygon_table
 
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 _COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
@@ -76,6 +76,8 @@ def _read_binary(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray]:
             rows, at = _scalar_rows(data, at, element, header.byte_order)
             if element.name == "vertex":
                 columns = np.stack([rows[name].astype(np.float64) for name in _wanted(element)], axis=1)
+        if not any(later.count for later in header.elements[header.elements.index(element) + 1 :]):
+            check_rest(data, at)
         if _is_last_needed(header, element):
             break
     return columns, triangles
@@ -103,9 +105,16 @@ def _read_text(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray]:
         at += element.count
         if element.name == "vertex":
             names = [one.name for one in element.properties]
+            check_columns(rows, len(names))
             columns = number_table(rows, [names.index(name) for name in _wanted(element)])
         elif element.name == "face" and element.count:
             place = _list_place(element)
             corner_counts = number_table(rows, (place,), whole=True)[:, 0]
+            if len(element.properties) == 1 and any(
+                len(row.split()) != 1 + count for row, count in zip(rows, corner_counts.tolist(), strict=True)
+            ):
+                raise unreadable("bad_face")
             triangles = polygon_table(rows, corner_counts, first_column=place + 1)
+    if len(lines) > at:
+        raise unreadable("too_long")
     return columns, triangles

@@ -11,13 +11,16 @@ import numpy as np
 
 from lubdub.geometry.surface import Surface
 from lubdub.results import RawScan
-from lubdub.scans.limits import LIMITS, check_counts, checked_surface
+from lubdub.scans.limits import LIMITS, check_counts, check_rest, checked_surface
 from lubdub.scans.reasons import unreadable
-from lubdub.scans.tables import number_table
+from lubdub.scans.tables import check_columns, number_table
 
 _PCD_HEAD_END = re.compile(rb"^DATA[ \t]+(\w+)[ \t]*\r?\n", re.MULTILINE)
+_PCD_VERSIONS = (".5", ".6", ".7")
 _PCD_ENCODINGS = ("ascii", "binary", "binary_compressed")
 _SEPARATORS = (b";", b",", b"\t")
+_PCD_WORDS = {"VERSION": 1, "WIDTH": 1, "HEIGHT": 1, "VIEWPOINT": 7, "POINTS": 1, "DATA": 1}
+"""Lines of a PCD's head, and how many words follow; of the other four as many as there are fields."""
 _MOST_HEADING = 4  # names of columns, a count, and a line to spare
 _NO_TRIANGLES = np.zeros((0, 3), np.int64)
 
@@ -78,18 +81,29 @@ def _pcd_head(data: bytes) -> _PcdHead:
     end = _PCD_HEAD_END.search(data, 0, LIMITS.header_bytes)
     if end is None:
         raise unreadable("bad_header")
-    words = [line.split() for line in data[: end.end()].decode("latin-1").splitlines()]
-    rows = {line[0].upper(): tuple(line[1:]) for line in words if line and not line[0].startswith("#")}
+    said = [line for line in data[: end.end()].splitlines() if not line.lstrip().startswith(b"#")]
+    if not b"".join(said).isascii():
+        raise unreadable("bad_header")
+    words = [line.decode("ascii").split() for line in said]
+    rows = {line[0].upper(): tuple(line[1:]) for line in words if line}
+    fields_wide = dict.fromkeys(("FIELDS", "SIZE", "TYPE", "COUNT"), len(rows.get("FIELDS", ())))
+    if any((_PCD_WORDS | fields_wide).get(word) != len(rest) for word, rest in rows.items()):
+        raise unreadable("bad_header")
+    if rows.get("VERSION", ("0.7",))[0].lstrip("0") not in _PCD_VERSIONS:
+        raise unreadable("bad_header")
+    if not all(_is_number(word.encode()) for word in rows.get("VIEWPOINT", ())):
+        raise unreadable("bad_header")
     encoding = end.group(1).decode()
     try:
         fields = rows["FIELDS"]
         sizes = tuple(int(word) for word in rows["SIZE"])
         counts = tuple(int(word) for word in rows.get("COUNT", ("1",) * len(fields)))
-        points = int(rows["POINTS"][0]) if "POINTS" in rows else int(rows["WIDTH"][0]) * int(rows["HEIGHT"][0])
+        area = int(rows["WIDTH"][0]) * int(rows["HEIGHT"][0])
+        points = int(rows.get("POINTS", (area,))[0])
         head = _PcdHead(fields, sizes, rows["TYPE"], counts, points, encoding, end.end())
     except (KeyError, IndexError, ValueError) as error:
         raise unreadable("bad_header") from error
-    if not _is_sound(head):
+    if not _is_sound(head) or points != area:
         raise unreadable("bad_header")
     return head
 
@@ -109,10 +123,11 @@ def _is_sound(head: _PcdHead) -> bool:
 
 def _pcd_text(body: bytes, head: _PcdHead) -> np.ndarray:
     lines = [line for line in body.splitlines() if line.strip()]
-    if len(lines) < head.points:
-        raise unreadable("cut_short")
+    if len(lines) != head.points:
+        raise unreadable("cut_short" if len(lines) < head.points else "too_long")
+    check_columns(lines, sum(head.counts))
     starts = np.cumsum((0, *head.counts))
-    return number_table(lines[: head.points], [int(starts[head.fields.index(axis)]) for axis in "xyz"])
+    return number_table(lines, [int(starts[head.fields.index(axis)]) for axis in "xyz"])
 
 
 def _check_body(body: bytes, head: _PcdHead) -> None:
@@ -121,12 +136,14 @@ def _check_body(body: bytes, head: _PcdHead) -> None:
     if head.encoding == "binary":
         if len(body) < whole:
             raise unreadable("cut_short")
+        check_rest(body, whole)
         return
     if len(body) < 8:
         raise unreadable("cut_short")
     packed, unpacked = struct.unpack_from("<II", body)
     if packed > len(body) - 8 or unpacked != whole or unpacked > LIMITS.file_bytes:
         raise unreadable("cut_short")
+    check_rest(body, 8 + packed)
 
 
 def _pcd_binary(body: bytes, head: _PcdHead) -> np.ndarray:
@@ -144,13 +161,17 @@ def _pcd_binary(body: bytes, head: _PcdHead) -> np.ndarray:
 def read_xyz(data: bytes) -> RawScan:
     """Read columns x y z [more], with a heading or a count line before them or not.
 
-    Raises ScanUnreadable when a line does not begin with three numbers.
+    Raises ScanUnreadable when a line does not begin with three numbers, or when the count says there are more.
     """
     lines = [line for line in data.splitlines() if line.strip() and not line.lstrip().startswith((b"#", b"//"))]
     separator = next((mark for mark in _SEPARATORS if lines and mark in lines[-1]), None)
     heading = next((place for place, line in enumerate(lines[:_MOST_HEADING]) if _is_row(line, separator)), 0)
+    promised = lines[heading - 1].strip() if heading else b""
     lines = lines[heading:]
     check_counts(len(lines))
+    if promised.isdigit() and int(promised[:20]) > len(lines):
+        raise unreadable("cut_short")
+    check_columns(lines, len(lines[0].split(separator)), separator)
     points = number_table(lines, (0, 1, 2), separator=separator.decode() if separator else None)
     return RawScan(_surface(points), "xyz")
 

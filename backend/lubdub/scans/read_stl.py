@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 
 import numpy as np
 
 from lubdub.results import RawScan
-from lubdub.scans.limits import check_counts, checked_surface
+from lubdub.scans.limits import check_counts, check_rest, checked_surface
 from lubdub.scans.reasons import unreadable
-from lubdub.scans.tables import number_table
+from lubdub.scans.tables import check_columns, number_table
 
 _HEAD_BYTES = 84
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_FIRST_WORD = re.compile(rb"^[ \t]*(\S+)", re.MULTILINE)
+_WORDS = {b"solid", b"facet", b"outer", b"vertex", b"endloop", b"endfacet", b"endsolid"}
 _VERTEX_LINE = re.compile(rb"^[ \t]*vertex[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
 
 
@@ -38,6 +41,7 @@ def read_stl(data: bytes) -> RawScan:
 def _binary_corners(data: bytes) -> np.ndarray:
     count = binary_facet_count(data)
     check_counts(max(count // 3, 1), count)
+    check_rest(data, _HEAD_BYTES + _FACET.itemsize * count)
     facets = np.frombuffer(data, _FACET, count, _HEAD_BYTES)
     return np.ascontiguousarray(facets["corners"]).reshape(-1, 3)
 
@@ -46,6 +50,12 @@ def _text_corners(data: bytes) -> np.ndarray:
     lines = _VERTEX_LINE.findall(data)
     if not lines or len(lines) % 3 or b"endsolid" not in data[-4096:].lower():
         raise unreadable("cut_short")
+    words = Counter(word.lower() for word in _FIRST_WORD.findall(data))
+    if not words.keys() <= _WORDS:
+        raise unreadable("bad_line")
+    if not 3 * words[b"facet"] == len(lines) == 3 * words[b"endfacet"]:
+        raise unreadable("bad_face")
+    check_columns(lines, 3)
     return number_table(lines, (0, 1, 2)).astype(np.float32)
 
 

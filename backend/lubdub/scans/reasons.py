@@ -55,11 +55,13 @@ UNREADABLE: Mapping[str, Reason] = {
     ),
     "other_files": _foreign("This file needs other files that were not uploaded."),
     "cut_short": _damaged("This file is cut short: it says it holds more than it does."),
+    "too_long": _damaged("This file holds more than it says, so it is damaged."),
     "too_many_points": _other("This scan has more than 5 million points.", "Please export it with less detail."),
     "too_many_faces": _other("This scan has more than 10 million faces.", "Please export it with less detail."),
     "no_points": _damaged("There are no points in this file."),
     "bad_number": _damaged("This file has broken numbers in it."),
     "bad_face": _damaged("This file holds faces that do not fit its points, so it is damaged."),
+    "bad_line": _damaged("There are lines in this file that do not belong there, so it is damaged."),
     "bad_header": _damaged("The beginning of this file is damaged, so we cannot tell what is in it."),
     "bad_unit": _other(
         "The unit must be m, cm or mm.", "Please choose one of these, or leave it out and let us find it."

@@ -35,6 +35,12 @@ def number_table(
     return table
 
 
+def check_columns(lines: Sequence[bytes], columns: int, separator: bytes | None = None) -> None:
+    """Raises ScanUnreadable unless every line has so many columns: one that has not was cut or joined to another."""
+    if any(len(line.split(separator)) != columns for line in lines):
+        raise unreadable("bad_number")
+
+
 def polygon_table(lines: Sequence[bytes], corner_counts: np.ndarray, first_column: int) -> np.ndarray:
     """(m, 3) int64 triangles from lines that list polygons.
 
