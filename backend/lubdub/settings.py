@@ -135,7 +135,6 @@ class SettingsTable(BaseSettings):
     job_memory_mb: int = Field(default=4096, ge=256, description="Address space of one job's process, in megabytes.")
     job_cpu_s: float = Field(default=300.0, gt=0, description="Processor time of one job, in seconds.")
     job_wall_s: float = Field(default=600.0, gt=0, description="Wall-clock time of one job, in seconds.")
-    job_output_mb: int = Field(default=256, ge=1, description="Largest file a job may write, in megabytes.")
 
     metrics_port: int = Field(
         default=0,

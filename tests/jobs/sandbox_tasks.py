@@ -5,10 +5,8 @@ from __future__ import annotations
 import ctypes
 import json
 import os
-import signal
 import socket
 import sys
-import tempfile
 import time
 
 import numpy as np
@@ -63,15 +61,6 @@ def hang(payload: bytes, progress: Progress) -> bytes:
     return b""
 
 
-def hang_with_a_helper(payload: bytes, progress: Progress) -> bytes:
-    helper = os.fork()
-    if helper == 0:
-        time.sleep(600)
-    progress(str(helper), 0.5)
-    time.sleep(600)
-    return b""
-
-
 def compute_for_ever(payload: bytes, progress: Progress) -> bytes:
     while True:
         pass
@@ -80,13 +69,6 @@ def compute_for_ever(payload: bytes, progress: Progress) -> bytes:
 def allocate(payload: bytes, progress: Progress) -> bytes:
     """payload: how many bytes, as text; every page is touched."""
     return str(np.ones(int(payload), dtype=np.uint8).sum(dtype=np.int64)).encode()
-
-
-def write_a_file(payload: bytes, progress: Progress) -> bytes:
-    with tempfile.NamedTemporaryFile() as file:
-        file.write(bytes(int(payload)))
-        file.flush()
-        return file.name.encode()
 
 
 def open_many_files(payload: bytes, progress: Progress) -> bytes:
@@ -155,20 +137,6 @@ def solve(payload: bytes, progress: Progress) -> bytes:
 
 def abort(payload: bytes, progress: Progress) -> bytes:
     os.abort()
-
-
-def kill_the_parent(payload: bytes, progress: Progress) -> bytes:
-    os.kill(os.getppid(), signal.SIGTERM)
-    return b""
-
-
-def start_a_program(payload: bytes, progress: Progress) -> bytes:
-    os.execv("/bin/true", ["true"])
-
-
-def make_a_socket(payload: bytes, progress: Progress) -> bytes:
-    with socket.socket(socket.AF_UNIX):
-        return b"made"
 
 
 def read_a_file(payload: bytes, progress: Progress) -> bytes:

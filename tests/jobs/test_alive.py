@@ -26,7 +26,7 @@ def test_without_a_worker_it_says_so(settings: Settings) -> None:
 
 def test_a_worker_that_was_just_seen_is_well_and_one_that_was_not_is_not(settings: Settings) -> None:
     database, vault = open_cases(settings.database, settings.store, settings.master_key_source)
-    WorkDesk(database, vault).beat("worker-0", "cholmod")
+    WorkDesk(database, vault).beat("worker-0", "cholmod", {})
     assert why_not(settings) is None
     with database.writing() as session:
         row = session.get(WorkerRow, "worker-0")

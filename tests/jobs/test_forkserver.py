@@ -14,12 +14,13 @@ from pathlib import Path
 
 import pytest
 
+from lubdub.jobs.confinement import protection
 from lubdub.jobs.forkserver import ForkServer, ForkServerFailed
-from lubdub.jobs.sandbox import ChildResult, Limits, network_isolated
+from lubdub.jobs.sandbox import ChildResult, Limits
 from tests.jobs.test_sandbox import ignore, is_alive, open_descriptors, wait_until
 
 TASKS = "tests.jobs.sandbox_tasks"
-LIMITS = Limits(cpu_s=20, wall_s=60, file_mb=1)
+LIMITS = Limits(cpu_s=20, wall_s=60)
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +94,7 @@ def test_a_cancelled_child_ends_and_the_server_goes_on(server: ForkServer) -> No
 def test_the_child_cannot_reach_a_server_of_this_machine(server: ForkServer) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         result = run(server, "call_out", str(listener.getsockname()[1]).encode())
-    assert (result.status == "error") is network_isolated()
+    assert (result.status == "error") is protection().no_network
 
 
 def test_several_threads_are_served_at_once(server: ForkServer) -> None:
@@ -190,6 +191,7 @@ def test_the_server_does_not_outlive_a_parent_that_is_killed() -> None:
     program = f"""
 import sys
 sys.path[:] = {sys.path!r}
+from lubdub.jobs.confinement import protection
 from lubdub.jobs.forkserver import ForkServer
 from lubdub.jobs.sandbox import Limits
 server = ForkServer(); server.start()

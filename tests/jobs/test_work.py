@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pytest
+from sqlalchemy.exc import OperationalError
 
+from lubdub.cases.files import Sealed
 from lubdub.cases.store import Asked
 from lubdub.cases.values import Actor, Job
+from lubdub.cases.work import MAX_STARTS
 from lubdub.jobs.bundle import Bundle
 from lubdub.jobs.sandbox import ChildResult, Limits
-from lubdub.jobs.work import BREAKS_READER, JobSettings, TaskNames, Workbench
+from lubdub.jobs.work import BREAKS_READER, COME_BACK, FAILED, JobSettings, TaskNames, Workbench
 from lubdub.results import Progress
 from tests.cases.conftest import Room, girl_of_six, room
 
@@ -158,3 +162,58 @@ def test_a_job_given_up_is_told_as_a_fault_of_ours(room: Room) -> None:
     assert case.status == "failed"
     assert case.reason is not None
     assert case.reason["code"] == "internal"
+
+
+def test_a_database_that_is_away_while_a_job_runs_does_not_end_it(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    actor, job = check_job(room)
+
+    def is_away(*_: object, **__: object) -> bool:
+        raise OperationalError("tell", {}, OSError("the server closed the connection"))
+
+    with monkeypatch.context() as away:
+        away.setattr(room.desk, "tell", is_away)
+        away.setattr(room.desk, "is_current", is_away)
+        ends = StandIn(ChildResult("ok", EXAMINED.to_bytes()), meanwhile=away.undo, progress=3)
+        bench(room, ends).do(job.id)
+    assert room.store.get(actor, job.case_id).status == "awaiting_landmarks"
+
+
+def test_a_result_that_the_store_does_not_take_ends_the_job_with_come_back_later(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    actor, job = check_job(room)
+    monkeypatch.setattr("lubdub.jobs.work.STORE_PATIENCE_S", 0.0)
+
+    def is_full(*_: object) -> Sealed:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr(room.vault, "seal", is_full)
+    bench(room, StandIn(ChildResult("ok", EXAMINED.to_bytes()))).do(job.id)
+    case = room.store.get(actor, job.case_id)
+    assert (case.status, case.reason) == ("failed", COME_BACK.to_json())
+
+
+def test_a_job_taken_up_too_often_is_given_up_without_another_try(room: Room) -> None:
+    actor, job = check_job(room)
+    for _ in range(MAX_STARTS):
+        room.desk.take_up(job)
+    child = StandIn(ChildResult("ok", EXAMINED.to_bytes()))
+    bench(room, child).do(job.id)
+    assert child.asked == []
+    assert room.store.get(actor, job.case_id).reason == FAILED.to_json()
+
+
+def test_a_start_that_was_put_back_does_not_count(room: Room) -> None:
+    _, job = check_job(room)
+    for _ in range(MAX_STARTS + 2):
+        assert room.desk.take_up(job) is not None
+        room.desk.put_back(job)
+
+
+def test_a_new_job_of_the_same_case_has_all_its_tries(room: Room) -> None:
+    actor, job = check_job(room)
+    for _ in range(MAX_STARTS):
+        room.desk.take_up(job)
+    bench(room, StandIn(ChildResult("ok"))).do(job.id)
+    _, again = room.store.check_again(actor, job.case_id, "mm")
+    assert room.desk.take_up(again) is not None

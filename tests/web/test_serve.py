@@ -14,6 +14,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from lubdub.jobs.confinement import protection
 from lubdub.settings import Settings
 from lubdub.web.schemas_result import ExaminationOut, ResultOut
 from lubdub.web.serve import check_openable, listening_socket
@@ -72,6 +73,13 @@ def test_one_command_takes_a_childs_scan_to_its_four_areas(whole: Service) -> No
     view = portal.call("GET", f"/cases/{case}/view.html", 200)
     assert view.headers["content-security-policy"].startswith("sandbox allow-scripts; default-src 'none'")
     assert portal.call("GET", f"/cases/{case}/view.html", 200).text == view.text
+
+
+def test_readiness_says_which_limits_hold_where_scans_are_read(whole: Service) -> None:
+    told = httpx.get(f"{whole.settings.address}/readyz").json()
+    assert told["ready"] is True
+    limits = {"memory_mb": 4096, "cpu_s": 300, "wall_s": 600, "open_files": 64, "written_bytes": 0}
+    assert told["sandbox"] == limits | protection().to_json()
 
 
 def test_bytes_that_are_no_scan_are_refused_in_words(whole: Service) -> None:

@@ -103,3 +103,7 @@ class TooManyTries(Exception):
 
 class BodyNotFound(Exception):
     """There is no such reference body, or it is a patient's of another organisation: the two are not told apart."""
+
+
+class StartedTooOften(Exception):
+    """A job was taken up again and again and never came to an end."""

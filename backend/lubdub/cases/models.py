@@ -100,6 +100,7 @@ class CaseRow(Base):
 
     is_sent: whether it was handed to the clinicians, and neither taken back nor changed by the family since. sharing:
     the separate yes to keeping the shape as a reference body. hold: who keeps the case from being deleted, and why.
+    job_starts: how often workers took the job up; job_turn: its place in the fair order, see `turns`.
     """
 
     __tablename__ = "cases"
@@ -117,6 +118,8 @@ class CaseRow(Base):
     landmarks: Mapped[dict[str, Any] | None]
     job_id: Mapped[str | None] = mapped_column(sa.String(128))
     job_number: Mapped[int] = mapped_column(default=0)
+    job_starts: Mapped[int] = mapped_column(default=0, server_default="0")
+    job_turn: Mapped[int] = mapped_column(default=1, server_default="1")
     stage: Mapped[str | None] = mapped_column(sa.String(32))
     fraction: Mapped[float] = mapped_column(default=0.0)
     reason: Mapped[dict[str, Any] | None]
@@ -232,9 +235,10 @@ class LinkRow(Base):
 
 
 class WorkerRow(Base):
-    """When a worker was last seen alive."""
+    """When a worker was last seen alive. sandbox: what holds for the processes in which it reads files."""
 
     __tablename__ = "workers"
     name: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
     solver: Mapped[str] = mapped_column(sa.String(32))
     seen_at: Mapped[datetime]
+    sandbox: Mapped[dict[str, Any] | None] = mapped_column(sa.JSON(none_as_null=True))

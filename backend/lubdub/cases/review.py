@@ -114,7 +114,7 @@ class Reviews:
             self._add(session, row, by, "landmarks", {"landmarks": placed, "before": before})
             dropped = detach(session, case_id, but=OF_SCAN + OF_CHECK)
             row.landmarks = sealed(session, case_id, placed)
-            job = new_job(row, "locate")
+            job = new_job(session, row, "locate")
             take(self._database, session, row, by.actor, Step("queued", "review.landmarks"))
             case = to_value(session, row)
         self._vault.discard(case_id, dropped)

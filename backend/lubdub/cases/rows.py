@@ -16,6 +16,7 @@ from lubdub.cases.errors import CaseNotFound
 from lubdub.cases.models import CaseEventRow, CaseRow, FileRow, TenantRow
 from lubdub.cases.sealed_values import opened
 from lubdub.cases.states import JobKind, Status
+from lubdub.cases.turns import next_turn
 from lubdub.cases.values import FAMILIES, Actor, Case, Guide, Job
 
 
@@ -75,17 +76,18 @@ def add_event(session: Session, row: CaseRow, kind: str, moment: datetime) -> No
     session.add(CaseEventRow(case_id=row.id, sequence=row.last_event, kind=kind, data=data, at=moment))
 
 
-def new_job(row: CaseRow, kind: JobKind) -> Job:
+def new_job(session: Session, row: CaseRow, kind: JobKind) -> Job:
     """The next piece of work on this case; what was at work before is thereby out of date."""
     row.job_number += 1
     row.job_id = f"{row.id}.{kind}.{row.job_number}"
-    return Job(row.job_id, row.id, kind)
+    row.job_starts, row.job_turn = 0, next_turn(session, row)
+    return Job(row.job_id, row.id, kind, row.job_turn)
 
 
-def job_of(job_id: str) -> Job:
+def job_of(job_id: str, turn: int = 1) -> Job:
     """The job an id names."""
     case_id, kind, _ = job_id.split(".")
-    return Job(job_id, case_id, "check" if kind == "check" else "locate")
+    return Job(job_id, case_id, "check" if kind == "check" else "locate", turn)
 
 
 def has_file(session: Session, case_id: str, artefact: str) -> bool:

@@ -127,7 +127,7 @@ class CaseStore:
             dropped = detach(session, case_id)
             attach(session, case_id, {"scan": scan})
             row.unit, row.landmarks, row.is_sent = unit, None, False
-            job = new_job(row, "check")
+            job = new_job(session, row, "check")
             take(self._database, session, row, actor, Step("checking", "scan.receive"))
             case = to_value(session, row)
         self._vault.discard(case_id, dropped)
@@ -142,7 +142,7 @@ class CaseStore:
                 raise StateConflict("There is no scan yet. Send it first.")
             dropped = detach(session, case_id, but=OF_SCAN)
             row.unit, row.landmarks, row.is_sent = unit, None, False
-            job = new_job(row, "check")
+            job = new_job(session, row, "check")
             take(self._database, session, row, actor, Step("checking", "scan.unit"))
             case = to_value(session, row)
         self._vault.discard(case_id, dropped)
@@ -165,7 +165,7 @@ class CaseStore:
             dropped = detach(session, case_id, but=OF_SCAN + OF_CHECK)
             row.landmarks = sealed(session, case_id, {name: list(place) for name, place in asked.landmarks.items()})
             row.unit, row.method, row.is_sent = asked.unit or row.unit, asked.method, False
-            job = new_job(row, "locate")
+            job = new_job(session, row, "locate")
             take(self._database, session, row, actor, Step("queued", "landmarks.place"))
             remember(session, actor, repeatable, row.id)
             case = to_value(session, row)

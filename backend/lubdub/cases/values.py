@@ -118,11 +118,15 @@ class Case:
 
 @dataclass(frozen=True)
 class Job:
-    """One piece of work on a case. The id is unique for ever: a repeated check gets a new one."""
+    """One piece of work on a case. The id is unique for ever: a repeated check gets a new one.
+
+    turn: when it goes, see `turns`; of no account once it was handed to a worker.
+    """
 
     id: str
     case_id: str
     kind: JobKind
+    turn: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True)

@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
-from typing import Literal
+from typing import Any, Literal
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
 
 from lubdub.cases.clock import now
 from lubdub.cases.database import Database
+from lubdub.cases.errors import StartedTooOften
 from lubdub.cases.files import Artefact, FileVault, attach
 from lubdub.cases.models import CaseRow, WorkerRow
 from lubdub.cases.models_webhooks import DeliveryRow
 from lubdub.cases.rows import Step, add_event, job_of, take, to_value
 from lubdub.cases.states import IN_WORK, Status
 from lubdub.cases.values import SYSTEM, Case, Job
+
+MAX_STARTS = 3
+"""A job that takes its worker down with it this often is given up."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,12 @@ class Handed:
 
 @dataclass(frozen=True)
 class Seen:
-    """A worker's last sign of life."""
+    """A worker's last sign of life. sandbox: the limits of its children, and what else is taken from them."""
 
     name: str
     solver: str
     at: datetime
+    sandbox: Mapping[str, Any]
 
 
 class WorkDesk:
@@ -47,14 +52,27 @@ class WorkDesk:
         self._vault = vault
 
     def take_up(self, job: Job) -> Case | None:
-        """The case to work on, now marked as at work; None when the job is out of date. May be repeated."""
+        """The case to work on, now marked as at work; None when the job is out of date.
+
+        May be repeated, so and so often: raises StartedTooOften.
+        """
         with self._database.writing() as session:
             row = _current(session, job)
             if row is None:
                 return None
+            if row.job_starts >= MAX_STARTS:
+                raise StartedTooOften(job.id)
+            row.job_starts += 1
             if row.status == "queued":
                 take(self._database, session, row, SYSTEM, Step("running", "job.start"))
             return to_value(session, row)
+
+    def put_back(self, job: Job) -> None:
+        """A worker that is told to stop leaves the job to another one: this start does not count."""
+        with self._database.writing() as session:
+            row = _current(session, job)
+            if row is not None:
+                row.job_starts = max(row.job_starts - 1, 0)
 
     def is_current(self, job: Job) -> bool:
         """Whether anybody still waits for this job: False after a cancel, a deletion or a newer job."""
@@ -92,14 +110,14 @@ class WorkDesk:
 
     def waiting(self, older_than: timedelta = timedelta(0)) -> list[Job]:
         """Jobs somebody waits for, asked for at least so long ago."""
-        query = sa.select(CaseRow.job_id).where(
+        query = sa.select(CaseRow.job_id, CaseRow.job_turn).where(
             CaseRow.status.in_(IN_WORK),
             CaseRow.deleted_at.is_(None),
             CaseRow.job_id.is_not(None),
             CaseRow.updated_at <= now() - older_than,
         )
         with self._database.reading() as session:
-            return [job_of(job_id) for job_id in session.scalars(query) if job_id is not None]
+            return [job_of(job_id, turn) for job_id, turn in session.execute(query) if job_id is not None]
 
     def whats_waiting(self) -> list[tuple[str, int, datetime | None]]:
         """(what, how many, since when the oldest): jobs by their case's state, and messages that are due."""
@@ -114,16 +132,16 @@ class WorkDesk:
             due, oldest = session.execute(messages).one()
         return [(status, *found.get(status, (0, None))) for status in IN_WORK] + [("messages", due, oldest)]
 
-    def beat(self, name: str, solver: str) -> None:
+    def beat(self, name: str, solver: str, sandbox: Mapping[str, Any]) -> None:
         """A sign of life from a worker."""
         with self._database.writing() as session:
-            session.merge(WorkerRow(name=name, solver=solver, seen_at=now()))
+            session.merge(WorkerRow(name=name, solver=solver, seen_at=now(), sandbox=dict(sandbox)))
 
-    def last_seen(self) -> Seen | None:
-        """The worker seen last, if there ever was one."""
+    def seen_within(self, span: timedelta) -> list[Seen]:
+        """The workers that gave a sign of life lately, the last one first."""
+        query = sa.select(WorkerRow).where(WorkerRow.seen_at >= now() - span).order_by(WorkerRow.seen_at.desc())
         with self._database.reading() as session:
-            row = session.scalar(sa.select(WorkerRow).order_by(WorkerRow.seen_at.desc()).limit(1))
-            return None if row is None else Seen(row.name, row.solver, row.seen_at)
+            return [Seen(row.name, row.solver, row.seen_at, row.sandbox or {}) for row in session.scalars(query)]
 
 
 def _current(session: Session, job: Job, *, to_change: bool = True) -> CaseRow | None:

@@ -8,13 +8,12 @@ from __future__ import annotations
 import sys
 from datetime import timedelta
 
-from lubdub.cases.clock import now
 from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.cases.work import WorkDesk
 from lubdub.settings import Settings
 
 SEEN = timedelta(seconds=30)
-"""A worker tells that it lives every 5 s."""
+"""A worker tells that it lives every few seconds."""
 
 
 def why_not(settings: Settings) -> str | None:
@@ -24,10 +23,10 @@ def why_not(settings: Settings) -> str | None:
     except CannotOpen as error:
         return str(error)
     try:
-        seen = WorkDesk(database, vault).last_seen()
+        seen = WorkDesk(database, vault).seen_within(SEEN)
     finally:
         database.close()
-    if seen is None or now() - seen.at > SEEN:
+    if not seen:
         return f"No worker was seen for {SEEN.total_seconds():.0f} seconds."
     return None
 

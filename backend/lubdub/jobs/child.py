@@ -9,7 +9,6 @@ import traceback
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NoReturn
 
 from lubdub.jobs import frames
@@ -23,10 +22,9 @@ Work = Callable[[Progress], bytes]
 
 @dataclass(frozen=True)
 class Cell:
-    """Where a child does its work: its limits, its own folder, and the process it must not outlive."""
+    """What a child works in: its limits, and the process it must not outlive."""
 
     limits: Limits
-    folder: Path
     parent: int
 
 
@@ -70,7 +68,7 @@ def _do(work: Work, output: int, cell: Cell) -> int:
         frames.send(output, frames.Kind.PROGRESS, frames.progress_body(stage, fraction))
 
     try:
-        confine(cell.limits, cell.folder, cell.parent)
+        confine(cell.limits, cell.parent)
         frames.send(output, frames.Kind.RESULT, work(progress))
     except ScanUnreadable as fault:
         _say(output, frames.Kind.UNREADABLE, json.dumps(fault.reason.to_json()))

@@ -1,16 +1,19 @@
-"""What a child process gives up before it touches a stranger's file: memory, time, files, privileges, network."""
+"""What a child process gives up before it touches a stranger's file: memory, time, files, privileges, network.
+
+It writes no file at all, and starts no other process: its answer goes through a pipe.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import json
 import math
 import os
 import resource
 import signal
 import sys
-import tempfile
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from lubdub.jobs.filesystem import see_only
@@ -38,31 +41,72 @@ class Limits:
     memory_mb: int = 3584  # a full fit stays below 1.5 GB, importing Open3D and SciPy maps 0.75 GB
     cpu_s: float = 60
     wall_s: float = 90
-    file_mb: int = 64
     open_files: int = 64  # enough for the imports; a process that opens more is not reading one scan
     readable: tuple[str, ...] = ()  # folders it may read besides the system's, Python's and the references
 
+    def to_json(self) -> dict[str, float]:
+        """As `/readyz` says it; no folder's name is said."""
+        said = {"memory_mb": self.memory_mb, "cpu_s": self.cpu_s, "wall_s": self.wall_s, "open_files": self.open_files}
+        return {**said, "written_bytes": 0}
 
-def confine(limits: Limits, folder: Path, parent: int) -> None:
+
+@dataclass(frozen=True)
+class Protection:
+    """What the kernel takes away from children here, beyond the limits that every kernel has."""
+
+    no_network: bool = False
+    other_files_hidden: bool = False
+    """The key, the database and other people's scans; see `filesystem`."""
+    no_other_processes: bool = False
+    """No programs, no processes of its own, no signals to others; see `syscalls`."""
+    no_new_privileges: bool = False
+
+    def to_json(self) -> dict[str, bool]:
+        """As `/readyz` says it."""
+        return asdict(self)
+
+
+def confine(limits: Limits, parent: int) -> Protection:
     """Give up everything that reading one scan does not need. Called in the child, right after the fork.
 
     `parent` is the process id that must stay alive for this one to go on. Raises OSError when a limit that
     every Linux kernel has cannot be set.
     """
-    os.environ["TMPDIR"] = tempfile.tempdir = str(folder)
-    os.chdir(folder)
+    os.chdir("/")
     _set_limits(limits)
-    if sys.platform == "linux":
-        leave_network()
-        _drop_capabilities()
-        _prctl(PR_SET_NO_NEW_PRIVS, 1)
-        _prctl(PR_SET_DUMPABLE, 0)
-        see_only(folder, limits.readable)
-        refuse_calls()
-        # Last, because the kernel forgets it when credentials change.
-        _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            os._exit(1)
+    if sys.platform != "linux":
+        return Protection()
+    has_no_network = leave_network()
+    _drop_capabilities()
+    _prctl(PR_SET_NO_NEW_PRIVS, 1)
+    _prctl(PR_SET_DUMPABLE, 0)
+    files_hidden = see_only(limits.readable)
+    calls_refused = refuse_calls()
+    # Last, because the kernel forgets it when credentials change.
+    _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
+    return Protection(has_no_network or calls_refused, files_hidden, calls_refused, no_new_privileges=True)
+
+
+@functools.cache
+def protection() -> Protection:
+    """What holds for children here. Asked once, by confining a throw-away process."""
+    answer, child_end = os.pipe()
+    parent = os.getpid()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.write(child_end, json.dumps(confine(Limits(), parent).to_json()).encode())
+        finally:
+            os._exit(0)
+    os.close(child_end)
+    with open(answer, "rb") as pipe:
+        told = pipe.read()
+    os.waitpid(child, 0)
+    if not told:
+        raise OSError("a process cannot be confined on this machine")
+    return Protection(**json.loads(told))
 
 
 def leave_network() -> bool:
@@ -80,25 +124,12 @@ def leave_network() -> bool:
     return True
 
 
-@functools.cache
-def network_isolated() -> bool:
-    """Whether children here run without any network. Asked once, by trying it in a throw-away process."""
-    if sys.platform != "linux":
-        return False
-    child = os.fork()
-    if child == 0:
-        isolated = leave_network()
-        _prctl(PR_SET_NO_NEW_PRIVS, 1)
-        os._exit(0 if refuse_calls() or isolated else 1)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
-
-
 def _set_limits(limits: Limits) -> None:
     _limit(resource.RLIMIT_AS, _mapped_bytes() + limits.memory_mb * MEBIBYTE)
     _limit(
         resource.RLIMIT_CPU, math.ceil(limits.cpu_s), grace=1
     )  # SIGXCPU first, so that the end can be told from a crash
-    _limit(resource.RLIMIT_FSIZE, limits.file_mb * MEBIBYTE)
+    _limit(resource.RLIMIT_FSIZE, 0)
     _limit(resource.RLIMIT_NOFILE, limits.open_files)
     _limit(resource.RLIMIT_CORE, 0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Collection, Mapping
 from typing import Literal, Protocol
 
 import sqlalchemy as sa
@@ -10,11 +11,18 @@ import structlog
 from dbos import DBOSClient, EnqueueOptions, error
 from sqlalchemy.exc import SQLAlchemyError
 
+from lubdub.cases.values import Job
+
 QUEUE = "cases"
 WORKFLOW = "work_on_case"
 APPLICATION = "lubdub"
 APPLICATION_VERSION = "1"
 """Said explicitly: by default it is a hash of the source, and an upgrade would strand waiting jobs."""
+
+POLL_S = 0.4
+"""A free worker looks into the queue so often."""
+LAST_TURN = 2**31 - 1
+"""The largest number that DBOS takes for a place in the queue; the smallest goes first."""
 
 JobState = Literal["unknown", "waiting", "running", "ended"]
 
@@ -24,16 +32,16 @@ log = logging.getLogger(__name__)
 
 
 class JobEngine(Protocol):
-    """A durable queue. A job is known by its id; submitting the same id again changes nothing."""
+    """A durable queue. A job is known by its id; submitting the same job again changes nothing."""
 
-    def submit(self, job_id: str) -> None:
+    def submit(self, job: Job) -> None:
         """Have a worker take the job up. The case's row is committed before this is called."""
 
     def cancel(self, job_id: str) -> None:
         """Keep a waiting job from starting. A running one looks at its case's row and stops by itself."""
 
-    def status(self, job_id: str) -> JobState:
-        """Where the job is."""
+    def states(self, job_ids: Collection[str]) -> Mapping[str, JobState]:
+        """Where each job is."""
 
     def close(self) -> None:
         """Give the connections back."""
@@ -61,17 +69,18 @@ class DbosEngine:
             system_database_url=jobs_url(jobs_database_url), lazy=True, retry_connection_errors=False
         )
 
-    def submit(self, job_id: str) -> None:
+    def submit(self, job: Job) -> None:
         """Enqueue. When the queue cannot be reached the row stands, and a worker finds it (`worker.sweep`)."""
         options: EnqueueOptions = {
             "workflow_name": WORKFLOW,
             "queue_name": QUEUE,
-            "workflow_id": job_id,
+            "workflow_id": job.id,
             "app_version": APPLICATION_VERSION,
             "application_name": APPLICATION,
+            "priority": min(job.turn, LAST_TURN),
         }
         try:
-            self._client.enqueue(options, job_id, current_request())
+            self._client.enqueue(options, job.id, current_request())
         except (error.DBOSException, SQLAlchemyError) as fault:
             log.warning("a job could not be enqueued and waits for a worker's sweep: %s", type(fault).__name__)
 
@@ -82,10 +91,13 @@ class DbosEngine:
         except (error.DBOSException, SQLAlchemyError) as fault:
             log.warning("a job could not be cancelled in the queue: %s", type(fault).__name__)
 
-    def status(self, job_id: str) -> JobState:
+    def states(self, job_ids: Collection[str]) -> Mapping[str, JobState]:
         """As the queue's tables say."""
-        found = self._client.list_workflows(workflow_ids=[job_id], load_input=False, load_output=False)
-        return _STATES.get(found[0].status, "ended") if found else "unknown"
+        states: dict[str, JobState] = dict.fromkeys(job_ids, "unknown")
+        if states:
+            found = self._client.list_workflows(workflow_ids=list(job_ids), load_input=False, load_output=False)
+            states |= {one.workflow_id: _STATES.get(one.status, "ended") for one in found}
+        return states
 
     def close(self) -> None:
         """Give the connections back."""

@@ -1,4 +1,4 @@
-"""What a child may see of the disk: the system's and Python's own files to read, and one folder to work in.
+"""What a child may see of the disk: the system's and Python's own files to read, and nothing to write.
 
 The keys, the database and other people's scans are not among them. Done with Landlock (linux/landlock.h), which
 needs no privileges; a kernel without it leaves the files to their ordinary permissions.
@@ -33,8 +33,8 @@ class _PathRule(ctypes.Structure):
     _fields_ = (("allowed", ctypes.c_uint64), ("folder", ctypes.c_int32))
 
 
-def see_only(folder: Path, readable: Iterable[str] = ()) -> bool:
-    """Leave this process `folder` to work in and what Python needs to read; False where the kernel cannot.
+def see_only(readable: Iterable[str] = ()) -> bool:
+    """Leave this process what Python needs to read; False where the kernel cannot.
 
     readable: further folders it may read. The process must have given up new privileges before.
     """
@@ -47,7 +47,6 @@ def see_only(folder: Path, readable: Iterable[str] = ()) -> bool:
         for path in {*SYSTEM, *OWN_PROCESS, *_pythons_own(), *readable}:
             _allow(libc, rules, path, READ_FILE | READ_FOLDER)
         _allow(libc, rules, os.devnull, READ_FILE | WRITE_FILE)
-        _allow(libc, rules, str(folder), EVERYTHING)
         return bool(libc.syscall(RESTRICT_SELF, rules, 0) == 0)
     finally:
         os.close(rules)

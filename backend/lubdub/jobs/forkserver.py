@@ -9,14 +9,11 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
-import shutil
 import socket
 import subprocess  # nosec B404
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from lubdub.jobs.sandbox import ChildResult, Limits, supervise
 from lubdub.jobs.warm_process import READY, STARTED, Request
@@ -73,15 +70,11 @@ class ForkServer:
 
         Starts the warm process again when it has died. Raises ForkServerFailed when it dies at this work.
         """
-        folder = Path(tempfile.mkdtemp(prefix="lubdub-"))
-        request = Request(task, folder, limits)
-        try:
-            child = self._request(request, payload) or self._request(request, payload)
-            if child is None:
-                raise ForkServerFailed("the process that reads scans dies again and again")
-            return supervise(child, limits, on_progress, cancelled)
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        request = Request(task, limits)
+        child = self._request(request, payload) or self._request(request, payload)
+        if child is None:
+            raise ForkServerFailed("the process that reads scans dies again and again")
+        return supervise(child, limits, on_progress, cancelled)
 
     def _request(self, request: Request, payload: bytes) -> _RemoteChild | None:
         """A child at work; None when the warm process turned out to be dead."""

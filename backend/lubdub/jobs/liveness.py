@@ -13,6 +13,15 @@ import sqlalchemy as sa
 from lubdub.jobs.engine import jobs_url
 
 MAX_WORKERS = 1000
+IDLE_S, ASK_EVERY_S, ASKED = 2, 1, 3
+LOST_AFTER_S = IDLE_S + ASK_EVERY_S * ASKED
+"""So long after its last word a machine that answers nothing counts as lost."""
+
+_KEEPALIVES = {"keepalives_idle": IDLE_S, "keepalives_interval": ASK_EVERY_S, "keepalives_count": ASKED}
+_OUR_SIDE = {"keepalives": 1, "tcp_user_timeout": LOST_AFTER_S * 1000, "connect_timeout": LOST_AFTER_S}
+_SERVER_SIDE = " ".join(
+    [*(f"-c tcp_{name}={value}" for name, value in _KEEPALIVES.items()), f"-c tcp_user_timeout={LOST_AFTER_S * 1000}"]
+)
 
 
 class NameLocks(Protocol):
@@ -20,6 +29,9 @@ class NameLocks(Protocol):
 
     def try_take(self, name: str) -> bool:
         """Take the lock; False when a living process, or this object itself, holds it."""
+
+    def keeps(self, name: str) -> bool:
+        """Whether a name taken before is still held. What can be made good is: a lost connection is opened anew."""
 
     def release(self, name: str) -> None:
         """Let it go."""
@@ -58,6 +70,10 @@ class FileLocks:
         self._held[name] = descriptor
         return True
 
+    def keeps(self, name: str) -> bool:
+        """As the protocol says: only the end of the process loses a lock on a file."""
+        return name in self._held
+
     def release(self, name: str) -> None:
         """As the protocol says."""
         os.close(self._held.pop(name))
@@ -69,11 +85,20 @@ class FileLocks:
 
 
 class PostgresLocks:
-    """For workers of many machines: session advisory locks of one connection that stays open."""
+    """For workers of many machines: session advisory locks of one connection that stays open.
+
+    A process that dies closes its connection at once. A machine that is lost cannot: the server asks after it and
+    closes the connection itself when there is no answer, within LOST_AFTER_S.
+    """
 
     def __init__(self, database_url: str) -> None:
         """Connect."""
-        self._engine = sa.create_engine(jobs_url(database_url), isolation_level="AUTOCOMMIT")
+        self._engine = sa.create_engine(
+            jobs_url(database_url),
+            isolation_level="AUTOCOMMIT",
+            poolclass=sa.NullPool,
+            connect_args={**_KEEPALIVES, **_OUR_SIDE, "options": _SERVER_SIDE},
+        )
         self._connection = self._engine.connect()
         self._held: set[str] = set()
 
@@ -85,6 +110,22 @@ class PostgresLocks:
         if taken:
             self._held.add(name)
         return taken
+
+    def keeps(self, name: str) -> bool:
+        """As the protocol says. Raises sqlalchemy.exc.OperationalError while the server does not answer."""
+        if self._connection.closed:
+            self._connection = self._engine.connect()
+        try:
+            self._connection.execute(sa.select(1))
+        except sa.exc.DBAPIError:
+            self._held.clear()
+            self._connection.close()
+            self._connection = self._engine.connect()
+        return name in self._held or self.try_take(name)
+
+    def ask(self, question: str) -> str:
+        """What the server says of this very connection."""
+        return str(self._connection.scalar(sa.text(question)))
 
     def release(self, name: str) -> None:
         """As the protocol says."""

@@ -5,22 +5,19 @@ from __future__ import annotations
 import logging
 import os
 import selectors
-import shutil
 import signal
-import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal, Protocol
 
 from lubdub.jobs import frames
 from lubdub.jobs.child import Cell, Task, Work, enter, fork
-from lubdub.jobs.confinement import Limits, network_isolated
+from lubdub.jobs.confinement import Limits
 from lubdub.results import Progress
 
-__all__ = ["Child", "ChildResult", "Limits", "Task", "kill_group", "network_isolated", "run_in_child", "supervise"]
+__all__ = ["Child", "ChildResult", "Limits", "Task", "kill_group", "run_in_child", "supervise"]
 
 Status = Literal["ok", "unreadable", "refused", "crashed", "timeout", "cancelled", "memory", "error"]
 
@@ -66,12 +63,8 @@ def run_in_child(
 
     on_progress and cancelled are called here, in the parent; when one of them raises, the child is ended first.
     """
-    folder = Path(tempfile.mkdtemp(prefix="lubdub-"))
-    try:
-        child = _fork(lambda progress: function(payload, progress), Cell(limits, folder, os.getpid()))
-        return supervise(child, limits, on_progress, cancelled)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+    child = _fork(lambda progress: function(payload, progress), Cell(limits, os.getpid()))
+    return supervise(child, limits, on_progress, cancelled)
 
 
 def supervise(child: Child, limits: Limits, on_progress: Progress, cancelled: Callable[[], bool]) -> ChildResult:

@@ -12,7 +12,6 @@ import socket
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from lubdub.jobs.child import Cell, Task, enter, fork
@@ -26,21 +25,20 @@ STARTED = b"s"
 
 @dataclass(frozen=True)
 class Request:
-    """What the fork server is asked for: a task by name, in a folder, under limits."""
+    """What the fork server is asked for: a task by name, under limits."""
 
     task: str
-    folder: Path
     limits: Limits
 
     def to_bytes(self) -> bytes:
         """As it travels over the control socket."""
-        return json.dumps({"task": self.task, "folder": str(self.folder), "limits": asdict(self.limits)}).encode()
+        return json.dumps({"task": self.task, "limits": asdict(self.limits)}).encode()
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Request:
         """What `to_bytes` wrote."""
         told: dict[str, Any] = json.loads(data)
-        return cls(told["task"], Path(told["folder"]), Limits(**told["limits"]))
+        return cls(told["task"], Limits(**told["limits"]))
 
 
 class Server:
@@ -70,7 +68,7 @@ class Server:
             return
         letter, output, leash_number = descriptors
         request = Request.from_bytes(message)
-        cell = Cell(request.limits, request.folder, os.getpid())
+        cell = Cell(request.limits, os.getpid())
         pid = fork()
         if pid == 0:
             enter(lambda progress: _load(request.task)(_read_letter(letter), progress), output, cell, (letter,))

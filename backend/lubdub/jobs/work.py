@@ -5,23 +5,30 @@ from __future__ import annotations
 import json
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, get_args
 
-from lubdub.cases.errors import FileNotFound
+from lubdub.cases.away import is_away
+from lubdub.cases.errors import FileNotFound, StartedTooOften
 from lubdub.cases.files import Artefact, FileVault
 from lubdub.cases.rows import job_of
 from lubdub.cases.values import Case, Job
 from lubdub.cases.work import Handed, WorkDesk
 from lubdub.jobs.bundle import BadBundle, Bundle
 from lubdub.jobs.metrics import CHILD_ENDS, JOB_SECONDS, JOBS, STAGE_SECONDS, VERDICTS, count_fault
+from lubdub.jobs.patience import patiently
 from lubdub.jobs.sandbox import ChildResult, Limits
 from lubdub.results import UNREADABLE_FILE, Progress, Reason, VerdictWord
 
 LOOK_EVERY_S = 0.3
 """How often a running job asks whether anybody still waits for it; a cancel is to be felt within a second."""
+STORE_PATIENCE_S = 60.0
+"""A store that is full or away is waited for so long; then the job ends, and the case says to come back later."""
+FOR_EVER_S = float("inf")
+"""Without its database a worker can do nothing else than wait for it."""
 TELL_EVERY_S = 0.2
 """Progress within a stage is told no more often than this."""
 
@@ -34,6 +41,11 @@ TOO_HEAVY = Reason(
     UNREADABLE_FILE,
     "This scan holds more than we can work with.",
     "Please export it with less detail, or cut it down to the chest, and send it again.",
+)
+COME_BACK = Reason(
+    "internal",
+    "We cannot keep any results at the moment; nothing is known about this scan yet.",
+    "Come back later and try again.",
 )
 FAILED = Reason("internal", "Something went wrong on our side; nothing is known about this scan yet.", "Try again.")
 
@@ -85,27 +97,48 @@ class Workbench:
         self._settings = settings
 
     def do(self, job_id: str) -> None:
-        """Do the job, if anybody still waits for it, and hand in what came of it."""
-        job = job_of(job_id)
-        case = self._desk.take_up(job)
-        if case is None:
-            return
-        started = time.monotonic()
+        """Do the job, if anybody still waits for it, and hand in what came of it.
+
+        A database or store that is away meanwhile is waited for.
+        """
+        job, started = job_of(job_id), time.monotonic()
         try:
-            ended = self._run(job, case)
-            CHILD_ENDS.labels(ended.status).inc()
-            handed = None if ended.status == "cancelled" else _handed(job, ended)
-        except FileNotFound:
-            return  # deleted meanwhile
-        except Exception as error:
-            count_fault(error)
-            log.exception("a job failed", extra={"job_id": job.id})
+            case = patiently(lambda: self._desk.take_up(job), FOR_EVER_S)
+            handed = None if case is None else self._handed(job, case)
+        except StartedTooOften:
+            log.error("a job was started too often and is given up", extra={"job_id": job.id})
             handed = Handed("failed", reason=FAILED.to_json())
         if handed is not None:
-            self._desk.hand_in(job, handed)
+            self._hand_in(job, handed)
             JOBS.labels(job.kind, handed.status).inc()
             JOB_SECONDS.labels(job.kind).observe(time.monotonic() - started)
             log.info("a job ended", extra={"job_id": job.id, "outcome": handed.status})
+
+    def _handed(self, job: Job, case: Case) -> Handed | None:
+        """What the job ends with; None when nobody waits for it any more."""
+        try:
+            ended = self._run(job, case)
+            CHILD_ENDS.labels(ended.status).inc()
+            return None if ended.status == "cancelled" else _handed(job, ended)
+        except FileNotFound:
+            return None  # deleted meanwhile
+        except Exception as error:
+            count_fault(error)
+            log.exception("a job failed", extra={"job_id": job.id})
+            return Handed("failed", reason=(COME_BACK if is_away(error) else FAILED).to_json())
+
+    def _hand_in(self, job: Job, handed: Handed) -> None:
+        try:
+            patiently(lambda: self._desk.hand_in(job, handed), STORE_PATIENCE_S)
+        except FileNotFound:
+            return  # deleted meanwhile
+        except Exception as error:
+            if not is_away(error):
+                raise
+            count_fault(error)
+            log.exception("a result could not be kept", extra={"job_id": job.id})
+            come_back = Handed("failed", reason=COME_BACK.to_json())
+            patiently(lambda: self._desk.hand_in(job, come_back), FOR_EVER_S)
 
     def give_up(self, job: Job) -> None:
         """Hand a job in as failed: it was started again and again and never came to an end."""
@@ -113,7 +146,8 @@ class Workbench:
 
     def _run(self, job: Job, case: Case) -> ChildResult:
         tasks = self._settings.tasks
-        payload = Bundle(self._facts(case), {"scan": self._vault.read(case.id, "scan")}).to_bytes()
+        scan = patiently(lambda: self._vault.read(case.id, "scan"), STORE_PATIENCE_S)
+        payload = Bundle(self._facts(case), {"scan": scan}).to_bytes()
         return self._runner.run(
             tasks.check if job.kind == "check" else tasks.locate,
             payload,
@@ -179,7 +213,8 @@ class _Teller:
             if stage != self._stage:
                 self._note_stage(moment)
             self._stage, self._told_at = stage, moment
-            self._desk.tell(self._job, stage, fraction)
+            with _unless_away():
+                self._desk.tell(self._job, stage, fraction)
 
     def _note_stage(self, moment: float) -> None:
         """Stages are named by the child, so only names that are ours become labels."""
@@ -201,5 +236,17 @@ class _Watch:
         moment = time.monotonic()
         if not self._is_over and moment - self._looked_at >= LOOK_EVERY_S:
             self._looked_at = moment
-            self._is_over = not self._desk.is_current(self._job)
+            with _unless_away():
+                self._is_over = not self._desk.is_current(self._job)
         return self._is_over
+
+
+@contextmanager
+def _unless_away() -> Iterator[None]:
+    """The child's work goes on while nobody can be told of it, or asked whether it is still wanted."""
+    try:
+        yield
+    except Exception as error:
+        if not is_away(error):
+            raise
+        log.warning("the database is away while a job runs: %s", type(error).__name__)

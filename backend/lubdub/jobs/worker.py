@@ -1,4 +1,4 @@
-"""The worker: takes jobs from the queue, keeps itself known, and looks after what other workers left behind."""
+"""The worker: a process that takes jobs from the queue and does them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ import os
 import signal
 import sys
 import threading
-import time
 from dataclasses import dataclass
-from datetime import timedelta
 
 import structlog
-from dbos import DBOS, DBOSClient
+from dbos import DBOS
 
 from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.cases.outbox import Outbox
@@ -20,23 +18,20 @@ from lubdub.cases.privacy import Privacy
 from lubdub.cases.sharing import Sharing
 from lubdub.cases.work import WorkDesk
 from lubdub.geometry.sparse import solver_name
+from lubdub.jobs.confinement import protection
 from lubdub.jobs.courier import Couriers
-from lubdub.jobs.engine import APPLICATION, APPLICATION_VERSION, QUEUE, WORKFLOW, DbosEngine, jobs_url
+from lubdub.jobs.engine import APPLICATION, APPLICATION_VERSION, POLL_S, QUEUE, WORKFLOW, jobs_url
 from lubdub.jobs.forkserver import ForkServer
-from lubdub.jobs.liveness import NameLocks, claim_name, open_locks
+from lubdub.jobs.liveness import claim_name, open_locks
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.metrics import serve_metrics, watch_database
 from lubdub.jobs.sandbox import Limits
-from lubdub.jobs.unshared import remove_unshared
+from lubdub.jobs.upkeep import Desks, Known, Upkeep
 from lubdub.jobs.work import JobSettings, TaskNames, Workbench
 from lubdub.settings import Settings
 
-BEAT_S = 5.0
-PURGE_S = 3600.0
-MAX_STARTS = 3
-"""A job that takes its worker down with it this often is given up."""
-GRACE = timedelta(seconds=5)
-"""A row is left alone this long after its last change: its call to the queue may still be on the way."""
+MANY_STARTS = 100
+"""How often the queue may start a job. It does not count everywhere: the case's own count decides, see `WorkDesk`."""
 
 UNTIL_INPUT_CLOSES = "--until-input-closes"
 
@@ -49,12 +44,13 @@ class _Held:
 
     workbench: Workbench
     stopping: threading.Event
+    at_work: set[str]
 
 
 _held: _Held | None = None
 
 
-@DBOS.workflow(name=WORKFLOW, max_recovery_attempts=MAX_STARTS)
+@DBOS.workflow(name=WORKFLOW, max_recovery_attempts=MANY_STARTS)
 def work_on_case(job_id: str, request_id: str = "") -> None:
     """The durable job: after a crash it is started again from the beginning, which changes nothing twice.
 
@@ -63,8 +59,13 @@ def work_on_case(job_id: str, request_id: str = "") -> None:
     if _held is None:
         raise RuntimeError("no worker runs in this process")
     asked_by = {"request_id": request_id} if request_id else {}
-    with structlog.contextvars.bound_contextvars(job_id=job_id, **asked_by):
-        _held.workbench.do(job_id)
+    _held.at_work.add(job_id)
+    try:
+        with structlog.contextvars.bound_contextvars(job_id=job_id, **asked_by):
+            _held.workbench.do(job_id)
+    finally:
+        if not _held.stopping.is_set():
+            _held.at_work.discard(job_id)
     if _held.stopping.is_set():
         threading.Event().wait()  # killed by our own stop: it must not count as done
 
@@ -77,6 +78,7 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     global _held
     configure_logs(settings)
     # Before any thread: what is forked later must not inherit a lock that somebody holds.
+    sandbox = limits_of(settings).to_json() | protection().to_json()
     forks = ForkServer([] if tasks else ["lubdub.jobs.tasks:warm_up"])
     forks.start()
     try:
@@ -85,32 +87,39 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
         forks.stop()
         raise SystemExit(str(error)) from error
     desk = WorkDesk(database, vault)
-    limits = Limits(
-        memory_mb=settings.job_memory_mb,
-        cpu_s=settings.job_cpu_s,
-        wall_s=settings.job_wall_s,
-        file_mb=settings.job_output_mb,
-        readable=() if settings.own_references is None else (str(settings.own_references),),
-    )
-    workbench = Workbench(desk, vault, forks, JobSettings(limits, tasks or TaskNames(), lambda: settings.references))
+    jobs = JobSettings(limits_of(settings), tasks or TaskNames(), lambda: settings.references)
+    workbench = Workbench(desk, vault, forks, jobs)
     stopping = threading.Event()
-    _held = _Held(workbench, stopping)
+    _held = _Held(workbench, stopping, at_work=set())
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stopping.set())
 
     locks = open_locks(settings.jobs_database, settings.data_dir)
     name = claim_name(locks)
     _launch(settings, name)
-    upkeep = Upkeep(name, desk, workbench, Privacy(database, vault), Sharing(database), settings)
+    known_as = Known(name, solver_name(), sandbox)
+    upkeep = Upkeep(known_as, workbench, Desks(desk, Privacy(database, vault), Sharing(database)), settings)
     Couriers(Outbox(database, vault), settings.webhooks_to_private, stopping).start()
     watch_database(database)
     end_metrics = serve_metrics(settings, desk)
     log.info("a worker is ready", extra={"worker": name})
-    upkeep.run(locks, stopping)
+    has_name = upkeep.run(locks, _held.at_work, stopping)
+    stopping.set()
     end_metrics()
     forks.stop()
+    upkeep.put_back(_held.at_work)
     sys.stderr.flush()
-    os._exit(0)  # jobs at work are started again by the next worker; their threads cannot be ended
+    os._exit(0 if has_name else 1)  # jobs at work are started again elsewhere; their threads cannot be ended
+
+
+def limits_of(settings: Settings) -> Limits:
+    """What one job may use."""
+    return Limits(
+        memory_mb=settings.job_memory_mb,
+        cpu_s=settings.job_cpu_s,
+        wall_s=settings.job_wall_s,
+        readable=() if settings.own_references is None else (str(settings.own_references),),
+    )
 
 
 def _launch(settings: Settings, name: str) -> None:
@@ -125,74 +134,7 @@ def _launch(settings: Settings, name: str) -> None:
         }
     )
     DBOS.launch()
-    DBOS.register_queue(QUEUE, worker_concurrency=settings.worker_slots, polling_interval_sec=0.4)
-
-
-class Upkeep:
-    """What a worker does beside its jobs, every few seconds."""
-
-    def __init__(
-        self,
-        name: str,
-        desk: WorkDesk,
-        workbench: Workbench,
-        privacy: Privacy,
-        sharing: Sharing,
-        settings: Settings,
-    ) -> None:
-        """For the worker called name."""
-        self._name = name
-        self._desk = desk
-        self._workbench = workbench
-        self._privacy = privacy
-        self._retention_days = settings.retention_days
-        self._sharing, self._references = sharing, settings.own_references
-        self._engine = DbosEngine(settings.jobs_database)
-        self._client = DBOSClient(system_database_url=jobs_url(settings.jobs_database), retry_connection_errors=False)
-        self._purged_at = -PURGE_S
-
-    def run(self, locks: NameLocks, stopping: threading.Event) -> None:
-        """Until stopping is set. A database that is away for a while is waited for."""
-        self._sweep(timedelta(0))
-        while not stopping.is_set():
-            try:
-                self._desk.beat(self._name, solver_name())
-                self._sweep(GRACE)
-                self._take_over(locks)
-                self._purge()
-            except Exception:  # a database or store that is away comes back; jobs must go on meanwhile
-                log.exception("upkeep failed and is tried again")
-            stopping.wait(BEAT_S)
-
-    def _sweep(self, older_than: timedelta) -> None:
-        """Enqueue what the web process could not; give up what was started too often."""
-        for job in self._desk.waiting(older_than):
-            state = self._engine.status(job.id)
-            if state == "unknown":
-                self._engine.submit(job.id)
-            elif state == "ended":
-                self._workbench.give_up(job)
-
-    def _take_over(self, locks: NameLocks) -> None:
-        """Put the jobs of dead workers back into the queue. Whose name's lock can be taken is dead."""
-        pending = self._client.list_workflows(status="PENDING", load_input=False, load_output=False)
-        for dead in {job.executor_id for job in pending if job.executor_id is not None} - {self._name}:
-            if not locks.try_take(dead):
-                continue
-            for job in pending:
-                if job.executor_id == dead:
-                    self._client.resume_workflow(job.workflow_id, queue_name=QUEUE)
-            locks.release(dead)
-            log.warning("the jobs of a dead worker were taken over", extra={"worker": dead})
-
-    def _purge(self) -> None:
-        """The retention clock."""
-        if time.monotonic() - self._purged_at >= PURGE_S:
-            self._purged_at = time.monotonic()
-            gone = self._privacy.purge(self._retention_days)
-            log.info("retention: %d cases deleted", len(gone))
-            bodies = remove_unshared(self._sharing, self._references)
-            log.info("retention: %d reference bodies removed", len(bodies))
+    DBOS.register_queue(QUEUE, worker_concurrency=settings.worker_slots, polling_interval_sec=POLL_S)
 
 
 def _stop_with_parent() -> None:

@@ -71,7 +71,7 @@ class CaseActions:
         except BaseException:
             await run_in_threadpool(writer.abort)
             raise
-        await run_in_threadpool(self._engine.submit, job.id)
+        await run_in_threadpool(self._engine.submit, job)
         return case
 
     async def join_upload(self, actor: Actor, upload: Upload) -> Case:
@@ -85,7 +85,7 @@ class CaseActions:
             await run_in_threadpool(self._files.discard, upload.case_id, [sealed.object_key])
             raise
         await run_in_threadpool(self._uploads.end, actor, upload.id)
-        await run_in_threadpool(self._engine.submit, job.id)
+        await run_in_threadpool(self._engine.submit, job)
         return case
 
     async def _fill(self, actor: Actor, writer: SealedWriter, chunks: AsyncIterator[bytes]) -> Sealed:
@@ -109,7 +109,7 @@ class CaseActions:
     def check_again(self, actor: Actor, case_id: str, unit: UnitName) -> Case:
         """Examine the same scan in the unit a person said it has."""
         case, job = self._store.check_again(actor, case_id, unit)
-        self._engine.submit(job.id)
+        self._engine.submit(job)
         return case
 
     def place_landmarks(self, actor: Actor, case_id: str, asked: Asked, repeatable: Repeatable | None = None) -> Case:
@@ -119,13 +119,13 @@ class CaseActions:
         """
         case, job = self._store.place_landmarks(actor, case_id, asked, repeatable)
         if job is not None:
-            self._engine.submit(job.id)
+            self._engine.submit(job)
         return case
 
     def run_again(self, by: Reviewer, case_id: str, version: int) -> Case:
         """Queue a run with the landmarks a clinician moved. version: of the review, as the clinician saw it."""
         case, job = self._reviews.run_again(by, case_id, version)
-        self._engine.submit(job.id)
+        self._engine.submit(job)
         return case
 
     def cancel(self, actor: Actor, case_id: str) -> Case:

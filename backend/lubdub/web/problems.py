@@ -14,8 +14,13 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from lubdub.cases import errors
+from lubdub.cases.away import is_away
 
 MEDIA_TYPE = "application/problem+json"
+
+AWAY = "We cannot reach our own records and files at the moment. Nothing is lost: please come back later."
+AWAY_S = 60
+"""When to come back."""
 
 log = logging.getLogger(__name__)
 
@@ -122,6 +127,8 @@ def from_error(error: Exception) -> Problem:
         return _from_validation(error)
     if isinstance(error, HTTPException):
         return _from_http(error)
+    if is_away(error):
+        return Problem("not-ready", AWAY, {"Retry-After": str(AWAY_S)})
     return Problem("internal", "This is our fault, not yours. Please try again; nothing was lost.")
 
 
@@ -146,6 +153,8 @@ async def answer_error(request: Request, error: Exception) -> Response:
     problem = from_error(error)
     if problem.kind == "internal":
         log.error("a request failed", exc_info=error)
+    elif problem.detail == AWAY:
+        log.error("the database or the store is away: %s", type(error).__name__)
     draw = getattr(request.app.state, "error_page", None)
     is_page = request.scope["type"] == "http" and not request.url.path.startswith(("/api/", "/livez", "/readyz"))
     if draw is not None and is_page:

@@ -5,19 +5,18 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import timedelta
 from typing import Any
 
-from lubdub.cases.clock import now
 from lubdub.cases.database import Database
 from lubdub.cases.files import FileVault
 from lubdub.cases.probe import probe_database
-from lubdub.cases.work import WorkDesk
+from lubdub.cases.work import Seen, WorkDesk
 from lubdub.jobs.metrics import READY
 
 WORKER_SEEN = timedelta(seconds=30)
-"""A worker tells that it lives every 5 s."""
+"""A worker tells that it lives every few seconds."""
 KEPT_S = 2.0
 """However often somebody asks, the store and the database are written to no more often than this."""
 
@@ -38,7 +37,7 @@ class Readiness:
         self._found_at = 0.0
 
     def look(self) -> dict[str, Any]:
-        """ready, checks by name, and the worker's solver."""
+        """ready, checks by name, the worker's solver, and what limits hold where scans are read (see `kept_by_all`)."""
         with self._lock:
             if not self._found or self._clock() - self._found_at >= KEPT_S:
                 self._found = self._looked()
@@ -46,21 +45,31 @@ class Readiness:
             return self._found
 
     def _looked(self) -> dict[str, Any]:
+        workers: list[Seen] = []
         checks = {
             "database": _works(lambda: probe_database(self._database)),
             "store": _works(self._files.probe),
             "key": _works(self._files.check_key),
-            "worker": _works(self._expect_worker),
+            "worker": _works(lambda: workers.extend(self._living_workers())),
         }
         for name, works in checks.items():
             READY.labels(name).set(works)
-        seen = self._desk.last_seen() if checks["database"] else None
-        return {"ready": all(checks.values()), "checks": checks, "solver": None if seen is None else seen.solver}
+        solver = workers[0].solver if workers else None
+        return {"ready": all(checks.values()), "checks": checks, "solver": solver, "sandbox": kept_by_all(workers)}
 
-    def _expect_worker(self) -> None:
-        seen = self._desk.last_seen()
-        if seen is None or now() - seen.at > WORKER_SEEN:
+    def _living_workers(self) -> list[Seen]:
+        seen = self._desk.seen_within(WORKER_SEEN)
+        if not seen:
             raise TimeoutError("no worker was seen lately")
+        return seen
+
+
+def kept_by_all(workers: Sequence[Seen]) -> dict[str, Any]:
+    """The limits that all living workers name alike and the protections that all have; False where they differ."""
+    if not workers:
+        return {}
+    first, *others = [worker.sandbox for worker in workers]
+    return {name: said if all(one.get(name) == said for one in others) else False for name, said in first.items()}
 
 
 def _works(check: Callable[[], object]) -> bool:
