@@ -13,6 +13,7 @@ from lubdub import __version__
 from lubdub.areas import anatomy
 from lubdub.areas.bones import BoneSettings
 from lubdub.areas.project import DropSettings
+from lubdub.fitting import starts
 from lubdub.fitting.pose import PoseSettings
 from lubdub.fitting.refine import RefineSettings
 from lubdub.fitting.schedule import PAPER
@@ -133,6 +134,7 @@ def constants() -> str:
             ShapeFitSettings(),
             RefineSettings(),
             PoseSettings(),
+            starts.SETTINGS,
             PAPER,
             SimilaritySettings(),
             nearest.SETTINGS,

@@ -12,6 +12,7 @@ from lubdub.cases.errors import CaseNotFound, ReviewMoved, StateConflict
 from lubdub.cases.models_review import ReviewStepRow
 from lubdub.cases.review import LONGEST_NOTE, Decision
 from lubdub.cases.reviewing import Review, Reviewer
+from lubdub.cases.sealed_values import opened
 from lubdub.cases.store import Asked
 from lubdub.cases.values import Actor
 from lubdub.results import AREA_NAMES
@@ -173,8 +174,9 @@ def test_corrected_landmarks_make_a_new_run_that_comes_back_to_the_review(room: 
     assert not review.corrected, "what was moved belongs to the result it was moved in"
     with room.database.reading() as session:
         kept = session.scalars(sa.select(ReviewStepRow).order_by(ReviewStepRow.number)).all()
-    assert [row.deed for row in kept] == ["move", "move", *["look"] * 4, "landmarks"]
-    assert kept[-1].said == {"landmarks": {"navel": [4.0, 5.0, 6.0]}, "before": {}}
+        assert [row.deed for row in kept] == ["move", "move", *["look"] * 4, "landmarks"]
+        said = opened(session, case, kept[-1].said)
+    assert said == {"landmarks": {"navel": [4.0, 5.0, 6.0]}, "before": {}}
 
 
 def test_a_signed_case_is_closed(room: Room) -> None:

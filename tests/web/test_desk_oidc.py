@@ -48,7 +48,7 @@ def hospital(provider: str, tmp_path_factory: pytest.TempPathFactory) -> Iterato
         port=free_port(),
         oidc_issuer=provider,
         oidc_client_id="lubdub",
-        oidc_client_secret="secret",  # type: ignore[arg-type]
+        oidc_client_secret="eleven geese in a row",  # type: ignore[arg-type]
         oidc_name="Heart House login",
     )
     running = Service(settings)

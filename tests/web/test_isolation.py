@@ -19,10 +19,15 @@ from tests.web.service import Portal, Service
 from tests.web.test_portal import ALL
 
 Route = tuple[str, str]
-BODIES: dict[str, Any] = {"landmarks": {}, "unit": {"unit": "m"}, "embed": {"shows": "journey"}}
+BODIES: dict[str, Any] = {
+    "landmarks": {},
+    "unit": {"unit": "m"},
+    "embed": {"shows": "journey"},
+    "sharing": {"version": "1", "language": "en", "given_at": "2026-01-01T00:00:00Z"},
+}
 """What a REST call whose path ends so must send to be looked at at all."""
 SIGN_IN = "/desk/sign-in"
-PORTALS_ALONE = "/api/v1/cases/{case_id}/embed"
+PORTALS_ALONE = ("/api/v1/cases/{case_id}/embed", "/api/v1/cases/{case_id}/sharing")
 
 
 def rest() -> list[Route]:
@@ -84,7 +89,7 @@ def test_another_family_finds_no_case_by_any_call_or_page(service: Service, case
     stranger = Family(service)
     own = {"X-CSRF-Token": stranger.token(), "Origin": service.settings.address}
     for route in rest():
-        expected = 401 if route[1] == PORTALS_ALONE else 404
+        expected = 401 if route[1] in PORTALS_ALONE else 404
         assert (route, ask(stranger.http, route, cases[whose], own).status_code) == (route, expected)
     form = {"csrf_token": own["X-CSRF-Token"]}
     for method, path in pages():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from lubdub.cases.database import Database
+from lubdub.cases.files import FileVault
 from lubdub.cases.review import Decision, Reviews
 from lubdub.cases.reviewing import Reviewer
 from lubdub.cases.values import FAMILIES, Actor
@@ -52,7 +53,9 @@ def sent(family: Family) -> str:
 
 
 def desk_of(family: Family) -> Reviews:
-    return Reviews(Database(family.service.settings.database), family.vault)
+    settings = family.service.settings
+    database = Database(settings.database)
+    return Reviews(database, FileVault(database, settings.store, settings.master_key_source))
 
 
 def signed(family: Family, moved_mm: float = 0.0, case: str | None = None) -> str:

@@ -51,8 +51,9 @@ def place(request: Request, session: LeadDep, form: FormDep, staff: StaffDep) ->
 def lift(request: Request, session: LeadDep, form: FormDep, staff: StaffDep) -> Response:
     """Let a case go its way again."""
     reason = said(form, "reason").strip()
+    _ = gettext_of(request)
     if not 0 < len(reason) <= LONGEST_REASON:
-        return _page(request, session, staff, {"reason": gettext_of(request)("Say why, in at most 200 signs.")}, {})
+        return _page(request, session, staff, {"reason": _("Say why, in at most 200 signs.")}, {})
     staff.holds.lift(session.actor, said(form, "case"), reason)
     return go(HOLDS)
 
