@@ -19,6 +19,7 @@ from tests.benchmark.hostile import HOSTILE
 from tests.benchmark.journey import JOURNEY
 from tests.benchmark.load import LOAD
 from tests.benchmark.peers import PEERS_EXPERIMENT
+from tests.benchmark.review import REVIEW
 from tests.benchmark.runner import run_experiment
 from tests.benchmark.selection import SELECTION
 from tests.benchmark.speed import SPEED
@@ -36,6 +37,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     SELECTION,
     PEERS_EXPERIMENT,
     references.experiment(None),
+    REVIEW,
     SPEED,
     stickers.STICKERS_EXPERIMENT,
 )

@@ -29,6 +29,8 @@ from tests.benchmark.experiment import Cell, Experiment, Report, Row, Table, Uni
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
 
+    from tests.web.service import Service
+
 SLOW_3G = {"offline": False, "latency": 400, "downloadThroughput": 50_000, "uploadThroughput": 50_000}
 """Bytes a second and milliseconds, as WebPageTest defines its slow 3G."""
 SLOWER_PROCESSOR = 4
@@ -41,13 +43,13 @@ THROTTLED = ("/", "/ask/who")
 class Desk:
     """A running service and a browser before it."""
 
-    address: str
+    service: Service
     browser: Browser
 
     @contextmanager
     def window(self) -> Iterator[BrowserContext]:
         """A phone that has never been here."""
-        context = self.browser.new_context(base_url=self.address, viewport=SIZE, has_touch=True)
+        context = self.browser.new_context(base_url=self.service.settings.address, viewport=SIZE, has_touch=True)
         try:
             yield context
         finally:
@@ -73,7 +75,7 @@ def desk() -> Iterator[Desk]:
             service.start_web()
             service.start_worker()
             browser = playwright.chromium.launch(executable_path=chromium, args=CHROMIUM_FLAGS)
-            yield Desk(settings.address, browser)
+            yield Desk(service, browser)
             browser.close()
         finally:
             service.stop()

@@ -11,9 +11,10 @@ from playwright.sync_api import Browser, expect
 
 from lubdub.library.marks import read_marks
 from lubdub.results import AREA_NAMES
+from tests.journeys.clinic import Room
 from tests.journeys.conftest import DRAWN_MS
 from tests.journeys.steps import WORK_MS, middle_of_view, stands, wait_for_body
-from tests.journeys.test_review import Room, tab_to
+from tests.journeys.test_review import tab_to
 from tests.web.service import Service
 
 pytestmark = pytest.mark.browser

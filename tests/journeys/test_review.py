@@ -2,109 +2,33 @@
 
 from __future__ import annotations
 
-import io
-import json
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Browser, Page, expect
 
-from lubdub.report.archive import outcome_from_bytes
-from lubdub.results import AREA_NAMES, AreaName
-from lubdub.views.framing import FIELD_OF_VIEW, close_to, framed
-from lubdub.views.stickers import AREA_STYLES
-from tests.journeys.conftest import DRAWN_MS, SIZES
-from tests.journeys.steps import WORK_MS, leads_on, middle_of_view, soon, stands, wait_for_body
-from tests.web.desk import Desk, signed_in
-from tests.web.reviewing import ORGANISATION, vault_of
-from tests.web.service import ROOT, Service
+from lubdub.results import AREA_NAMES
+from tests.journeys.clinic import Room, is_drawn_at, on_screen, reviewed_soon
+from tests.journeys.conftest import DRAWN_MS
+from tests.journeys.steps import WORK_MS, leads_on, soon, stands, wait_for_body
+from tests.web.reviewing import ORGANISATION
+from tests.web.service import Service
 
 pytestmark = pytest.mark.browser
 
-DEMO = ROOT / "references" / "demo" / "phone-child"
 MOST_ACTIONS = 6
-
-
-@pytest.fixture(scope="module")
-def scan() -> bytes:
-    return (DEMO / "phone-child.glb").read_bytes()
-
-
-def reviewed_soon(service: Service, scan: bytes, number: str) -> str:
-    """A real result, sent to the clinicians."""
-    portal = service.portal(ORGANISATION)
-    patient = json.loads(Path(DEMO / "patient.json").read_text())
-    case = portal.open_case(external_id=number, patient={"posture": "supine", **patient})
-    portal.send(case, scan)
-    portal.wait(case, "awaiting_landmarks")
-    portal.call("PUT", f"/cases/{case}/landmarks", 202, json=json.loads((DEMO / "landmarks.json").read_text()))
-    portal.wait(case, "done")
-    portal.call("POST", f"/cases/{case}/review", 200)
-    return case
-
-
-class Room:
-    """A clinician's windows."""
-
-    def __init__(self, service: Service, browser: Browser) -> None:
-        self.desk: Desk = signed_in(service, "clinician", ORGANISATION)
-        self._browser = browser
-        self.contexts: list[BrowserContext] = []
-
-    def window(self, size: str = "desk") -> Page:
-        width, height = SIZES[size]
-        base = self.desk.service.settings.address
-        context = self._browser.new_context(base_url=base, viewport={"width": width, "height": height})
-        context.add_cookies(
-            [{"name": one.name, "value": one.value or "", "url": base} for one in self.desk.http.cookies.jar]
-        )
-        self.contexts.append(context)
-        return context.new_page()
 
 
 @pytest.fixture
 def room(product: Service, browser: Browser) -> Iterator[Room]:
     made = Room(product, browser)
     yield made
-    for context in made.contexts:
-        context.close()
+    made.close()
 
 
-def state_of(page: Page, area: AreaName) -> str:
-    return page.locator(f"[data-area={area}] .areas__state").inner_text()
-
-
-def on_screen(page: Page, service: Service, case: str, area: AreaName) -> tuple[float, float]:
-    """Where an area's letter is drawn after it was chosen, as page coordinates."""
-    outcome = outcome_from_bytes(vault_of(service).read(case, "outcome.npz"))
-    assert outcome.scan is not None
-    box = page.locator("#frame").bounding_box()
-    assert box is not None
-    aspect = box["width"] / box["height"]
-    camera = close_to(outcome.areas[area], framed(outcome.scan, outcome.landmarks, aspect))
-    forward = camera.look_at - camera.position
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 1.0, 0.0])
-    right /= np.linalg.norm(right)
-    seen = outcome.areas[area].position - camera.position
-    half = np.tan(FIELD_OF_VIEW / 2) * (seen @ forward)
-    across, up = seen @ right / (half * aspect), seen @ np.cross(right, forward) / half
-    return middle_of_view(page, 0.5 + across / 2, 0.5 - up / 2)
-
-
-def is_drawn_at(page: Page, area: AreaName, x: float, y: float) -> bool:
-    """Whether the area's own colour surrounds this place of the page: its camera has arrived."""
-    shot = page.screenshot(clip={"x": x - 12, "y": y - 12, "width": 24, "height": 24})
-    picture = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), float)
-    return bool((np.linalg.norm(picture - AREA_STYLES[area].colour, axis=2) < 40).mean() > 0.2)
-
-
-def test_a_clean_case_is_signed_in_six_actions(room: Room, product: Service, scan: bytes) -> None:
-    case = reviewed_soon(product, scan, "KH-100")
+def test_a_clean_case_is_signed_in_six_actions(room: Room, product: Service) -> None:
+    case = reviewed_soon(product, "KH-100")
     page = room.window()
     page.goto("/desk")
     stands(page)
@@ -129,8 +53,8 @@ def test_a_clean_case_is_signed_in_six_actions(room: Room, product: Service, sca
     expect(page.get_by_text("Signed: Dr Clinician")).to_be_visible()
 
 
-def test_an_area_is_dragged_seen_beside_where_it_was_and_put_back(room: Room, product: Service, scan: bytes) -> None:
-    case = reviewed_soon(product, scan, "KH-200")
+def test_an_area_is_dragged_seen_beside_where_it_was_and_put_back(room: Room, product: Service) -> None:
+    case = reviewed_soon(product, "KH-200")
     page = room.window()
     page.goto(f"/desk/cases/{case}")
     wait_for_body(page)
@@ -162,8 +86,8 @@ def tab_to(page: Page, selector: str, most: int = 60) -> None:
     raise AssertionError(f"{selector} cannot be reached with the Tab key")
 
 
-def test_everything_can_be_done_with_keys_alone(room: Room, product: Service, scan: bytes) -> None:
-    first, case = (reviewed_soon(product, scan, number) for number in ("KH-300", "KH-301"))
+def test_everything_can_be_done_with_keys_alone(room: Room, product: Service) -> None:
+    first, case = (reviewed_soon(product, number) for number in ("KH-300", "KH-301"))
     page = room.window("tablet")
     page.goto("/desk?q=KH-30")
     expect(page.locator(f"[data-case='{first}']")).to_be_focused()
@@ -193,10 +117,8 @@ def test_everything_can_be_done_with_keys_alone(room: Room, product: Service, sc
     assert set(review["areas"]) == {"aortic"}
 
 
-def test_a_case_is_given_back_with_a_note_and_leaves_the_list_of_a_colleague(
-    room: Room, product: Service, scan: bytes
-) -> None:
-    case = reviewed_soon(product, scan, "KH-400")
+def test_a_case_is_given_back_with_a_note_and_leaves_the_list_of_a_colleague(room: Room, product: Service) -> None:
+    case = reviewed_soon(product, "KH-400")
     colleague, page = room.window("tablet"), room.window("tablet")
     colleague.goto("/desk?show=waiting&q=KH-400")
     expect(colleague.locator(f"[data-case='{case}']")).to_be_visible()
