@@ -22,6 +22,7 @@ UNSAFE: dict[str, tuple[dict[str, Any], str]] = {
     "a proxy that is no address": ({"trusted_proxies": "127.0.0.1, proxy"}, "LUBDUB_TRUSTED_PROXIES"),
     "less a day than one scan": ({"tenant_mb_per_day": 1}, "LUBDUB_TENANT_MB_PER_DAY"),
     "numbers for everybody": ({"metrics_host": "0.0.0.0"}, "LUBDUB_METRICS_TOKEN"),
+    "a collector without http": ({"otlp_url": "collector:4318"}, "LUBDUB_OTLP_URL"),
     "a login by http": ({"oidc_issuer": "http://login.example", "oidc_client_id": "x"}, "LUBDUB_OIDC_ISSUER"),
     "a login without a name": ({"oidc_issuer": "https://login.example"}, "LUBDUB_OIDC_CLIENT_ID"),
     "a login with an example's secret": ({"oidc_client_secret": "changeme"}, "LUBDUB_OIDC_CLIENT_SECRET"),
@@ -59,6 +60,7 @@ DOUBTFUL: dict[str, tuple[dict[str, Any], str]] = {
         {"database_url": "postgresql://lubdub:hr7Gm2@db.example/lubdub"},
         "sslmode=require",
     ),
+    "traces in the clear": ({"otlp_url": "http://collector.example:4318"}, "LUBDUB_OTLP_URL"),
     "scans kept for years": ({"retention_days": 1000}, "LUBDUB_RETENTION_DAYS"),
 }
 SAFE: dict[str, dict[str, Any]] = {
@@ -76,6 +78,7 @@ SAFE: dict[str, dict[str, Any]] = {
         "oidc_client_secret": "9fKw2p",
     },
     "a key service": PUBLIC | {"master_key_command": "kms"},
+    "a local collector": {"otlp_url": "http://127.0.0.1:4318"},
     "a local database": {"database_url": "postgresql://postgres:postgres@127.0.0.1/lubdub"},
 }
 

@@ -32,6 +32,7 @@ class Chosen(Protocol):
     public_url: str
     metrics_host: str
     metrics_token: SecretStr
+    otlp_url: str
     data_dir: Path
     database_url: str
     jobs_database_url: str
@@ -118,6 +119,18 @@ def _open_numbers(chosen: Chosen) -> str | None:
     return "LUBDUB_METRICS_HOST other than this machine's own needs LUBDUB_METRICS_TOKEN beside it."
 
 
+def _odd_collector(chosen: Chosen) -> str | None:
+    if not chosen.otlp_url:
+        return None
+    wrong = "LUBDUB_OTLP_URL must be an address such as http://127.0.0.1:4318; /v1/traces is added to it."
+    try:
+        address = urlsplit(chosen.otlp_url)
+        is_whole = address.scheme in ("http", "https") and address.hostname and address.port != 0
+    except ValueError:
+        return wrong
+    return None if is_whole and not (address.query or address.fragment) else wrong
+
+
 def _open_login(chosen: Chosen) -> str | None:
     """Whoever can change what a login says can be anybody here."""
     issuer = urlsplit(chosen.oidc_issuer)
@@ -202,6 +215,15 @@ def _plain_database(chosen: Chosen) -> str | None:
     return None
 
 
+def _plain_traces(chosen: Chosen) -> str | None:
+    if _odd_collector(chosen) is not None:
+        return None  # said there
+    address = urlsplit(chosen.otlp_url)
+    if address.scheme != "http" or is_loopback(address.hostname or ""):
+        return None
+    return "LUBDUB_OTLP_URL sends traces in the clear: use https://, or own the network. They name no case or person."
+
+
 def _kept_long(chosen: Chosen) -> str | None:
     if chosen.retention_days <= LONG_RETENTION_DAYS:
         return None
@@ -218,6 +240,7 @@ FAULTS: tuple[Check, ...] = (
     _blind_trust,
     _quotas_below_one_scan,
     _open_numbers,
+    _odd_collector,
     _open_login,
     _login_without_name,
     _two_master_keys,
@@ -225,7 +248,7 @@ FAULTS: tuple[Check, ...] = (
     _example_passwords,
     _key_beside_the_files,
 )
-WARNINGS: tuple[Check, ...] = (_key_in_the_data_folder, _webhooks_inside, _plain_database, _kept_long)
+WARNINGS: tuple[Check, ...] = (_key_in_the_data_folder, _webhooks_inside, _plain_database, _plain_traces, _kept_long)
 
 
 def without_password(value: str) -> str:

@@ -146,6 +146,11 @@ class SettingsTable(BaseSettings):
     metrics_token: SecretStr = Field(
         default=SecretStr(""), description="Bearer token asked for there; needed on any address but this machine's own."
     )
+    otlp_url: str = Field(
+        default="",
+        description="Address of an OpenTelemetry collector that takes traces as OTLP over HTTP, such as "
+        "http://127.0.0.1:4318; empty: none. It needs the packages of requirements-otel.txt.",
+    )
     stop_s: float = Field(
         default=8.0, gt=0, description="Seconds that calls at work have to end in when the web server is told to stop."
     )

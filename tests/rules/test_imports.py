@@ -44,6 +44,7 @@ CONFINED = {
     "standardwebhooks": {"jobs"},
     "dbos": {"jobs"},
     "prometheus_client": {"jobs"},
+    "opentelemetry": {"jobs"},
     "cryptography": {"cases"},
     "pwdlib": {"cases"},
     "webauthn": {"web"},

@@ -16,6 +16,7 @@ ALLOWED = frozenset(
 )
 
 
+NOISY = ("dbos", "alembic", "sqlalchemy", "uvicorn", "httpx", "websockets", "viser", "opentelemetry", "urllib3")
 HEAD = ("timestamp", "level", "event")
 
 
@@ -60,7 +61,7 @@ def configure_logs(settings: Settings) -> None:
     handler = logging.StreamHandler()
     handler.setFormatter(formatter)
     logging.basicConfig(handlers=[handler], level=settings.log_level.upper(), force=True)
-    for noisy in ("dbos", "alembic", "sqlalchemy", "uvicorn", "httpx", "websockets", "viser"):
+    for noisy in NOISY:
         library = logging.getLogger(noisy)
         library.setLevel(logging.WARNING)
         library.propagate = True

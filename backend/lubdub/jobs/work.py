@@ -18,9 +18,11 @@ from lubdub.cases.rows import job_of
 from lubdub.cases.values import Case, Job
 from lubdub.cases.work import Handed, WorkDesk
 from lubdub.jobs.bundle import BadBundle, Bundle
+from lubdub.jobs.engine import current_request
 from lubdub.jobs.metrics import CHILD_ENDS, JOB_SECONDS, JOBS, STAGE_SECONDS, VERDICTS, count_fault
 from lubdub.jobs.patience import patiently
 from lubdub.jobs.sandbox import ChildResult, Limits
+from lubdub.jobs.tracing import JobTrace, trace_job
 from lubdub.results import UNREADABLE_FILE, Progress, Reason, VerdictWord
 
 LOOK_EVERY_S = 0.3
@@ -101,23 +103,34 @@ class Workbench:
 
         A database or store that is away meanwhile is waited for.
         """
-        job, started = job_of(job_id), time.monotonic()
+        job = job_of(job_id)
+        trace = JobTrace(job.kind, current_request())
+        try:
+            self._do(job, trace)
+        finally:
+            trace_job(trace)
+
+    def _do(self, job: Job, trace: JobTrace) -> None:
+        started = time.monotonic()
         try:
             case = patiently(lambda: self._desk.take_up(job), FOR_EVER_S)
-            handed = None if case is None else self._handed(job, case)
+            handed = None if case is None else self._handed(job, case, trace)
         except StartedTooOften:
             log.error("a job was started too often and is given up", extra={"job_id": job.id})
             handed = Handed("failed", reason=FAILED.to_json())
-        if handed is not None:
+        if handed is None:
+            trace.outcome = "cancelled"
+        else:
             self._hand_in(job, handed)
+            trace.outcome = handed.status
             JOBS.labels(job.kind, handed.status).inc()
             JOB_SECONDS.labels(job.kind).observe(time.monotonic() - started)
             log.info("a job ended", extra={"job_id": job.id, "outcome": handed.status})
 
-    def _handed(self, job: Job, case: Case) -> Handed | None:
+    def _handed(self, job: Job, case: Case, trace: JobTrace) -> Handed | None:
         """What the job ends with; None when nobody waits for it any more."""
         try:
-            ended = self._run(job, case)
+            ended = self._run(job, case, trace)
             CHILD_ENDS.labels(ended.status).inc()
             return None if ended.status == "cancelled" else _handed(job, ended)
         except FileNotFound:
@@ -144,7 +157,7 @@ class Workbench:
         """Hand a job in as failed: it was started again and again and never came to an end."""
         self._desk.hand_in(job, Handed("failed", reason=FAILED.to_json()))
 
-    def _run(self, job: Job, case: Case) -> ChildResult:
+    def _run(self, job: Job, case: Case, trace: JobTrace) -> ChildResult:
         tasks = self._settings.tasks
         scan = patiently(lambda: self._vault.read(case.id, "scan"), STORE_PATIENCE_S)
         payload = Bundle(self._facts(case), {"scan": scan}).to_bytes()
@@ -152,7 +165,7 @@ class Workbench:
             tasks.check if job.kind == "check" else tasks.locate,
             payload,
             self._settings.limits,
-            _Teller(self._desk, job),
+            _Teller(self._desk, job, trace),
             _Watch(self._desk, job),
         )
 
@@ -201,9 +214,10 @@ def _reason(said: Mapping[str, Any]) -> dict[str, str]:
 class _Teller:
     """Passes progress on: a new stage at once, steps within one now and then."""
 
-    def __init__(self, desk: WorkDesk, job: Job) -> None:
+    def __init__(self, desk: WorkDesk, job: Job, trace: JobTrace) -> None:
         self._desk = desk
         self._job = job
+        self._trace = trace
         self._stage = ""
         self._stage_began = self._told_at = 0.0
 
@@ -212,6 +226,8 @@ class _Teller:
         if stage != self._stage or moment - self._told_at >= TELL_EVERY_S:
             if stage != self._stage:
                 self._note_stage(moment)
+                if stage in STAGES:
+                    self._trace.note_stage(stage)
             self._stage, self._told_at = stage, moment
             with _unless_away():
                 self._desk.tell(self._job, stage, fraction)

@@ -26,6 +26,7 @@ from lubdub.jobs.liveness import claim_name, open_locks
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.metrics import serve_metrics, watch_database
 from lubdub.jobs.sandbox import Limits
+from lubdub.jobs.tracing import check_traceable, start_tracing
 from lubdub.jobs.upkeep import Desks, Known, Upkeep
 from lubdub.jobs.work import JobSettings, TaskNames, Workbench
 from lubdub.settings import Settings
@@ -77,6 +78,7 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     """
     global _held
     configure_logs(settings)
+    check_traceable(settings)
     # Before any thread: what is forked later must not inherit a lock that somebody holds.
     sandbox = limits_of(settings).to_json() | protection().to_json()
     forks = ForkServer([] if tasks else ["lubdub.jobs.tasks:warm_up"])
@@ -102,12 +104,14 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     Couriers(Outbox(database, vault), settings.webhooks_to_private, stopping).start()
     watch_database(database)
     end_metrics = serve_metrics(settings, desk)
+    end_tracing = start_tracing(settings, "worker")
     log.info("a worker is ready", extra={"worker": name})
     has_name = upkeep.run(locks, _held.at_work, stopping)
     stopping.set()
     end_metrics()
     forks.stop()
     upkeep.put_back(_held.at_work)
+    end_tracing()
     sys.stderr.flush()
     os._exit(0 if has_name else 1)  # jobs at work are started again elsewhere; their threads cannot be ended
 

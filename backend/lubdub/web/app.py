@@ -7,10 +7,12 @@ from contextlib import asynccontextmanager
 from typing import Literal
 
 from fastapi import FastAPI
+from fastapi.telemetry import TelemetryConfig
 from starlette.middleware.gzip import GZipMiddleware
 
 from lubdub import __version__
 from lubdub.jobs.metrics import serve_metrics, watch_database
+from lubdub.jobs.tracing import start_tracing
 from lubdub.settings import Settings
 from lubdub.web import (
     api_cases,
@@ -56,6 +58,9 @@ DESCRIPTION = (
 )
 
 
+NO_TELEMETRY: TelemetryConfig = {"tracing": False, "metrics": False, "logs": False, "auto_configure": False}
+"""The framework's own would tell whole paths and query strings, with the cases' ids; ours is `lubdub.jobs.tracing`."""
+
 WebRole = Literal["web", "view"]
 """web: everything. view: what must stay with one process for each case, behind a proxy that sees to it."""
 
@@ -71,13 +76,16 @@ def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
         app.state.services = open_services(settings)
         watch_database(app.state.services.database)
         end_metrics = serve_metrics(settings, app.state.services.desk)
+        end_tracing = start_tracing(settings, role)
         app.state.announce()
         yield
+        end_tracing()
         end_metrics()
         app.state.services.close()
 
     app = FastAPI(
         title="Lubdub",
+        telemetry=NO_TELEMETRY,
         version=__version__,
         description=DESCRIPTION,
         lifespan=lifespan,

@@ -11,6 +11,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from lubdub.jobs.metrics import REQUEST_SECONDS, REQUESTS, SOCKETS, STREAMS, count_fault
+from lubdub.jobs.tracing import trace_call
 from lubdub.web.framing import STATE, allow_framing
 from lubdub.web.problems import answer_error
 
@@ -40,6 +41,7 @@ HEADERS = {
 STAY_WITH_HTTPS = {"Strict-Transport-Security": "max-age=31536000; includeSubDomains"}
 REST = "/api/v1"
 METHODS = frozenset({"GET", "HEAD", "OPTIONS", "POST", "PUT", "PATCH", "DELETE"})
+"""A made-up one is counted with all others of its kind: labels must not grow with what strangers think up."""
 CLIENT_LEFT = 499
 """Logged, not sent: nobody is there to read it."""
 
@@ -63,7 +65,7 @@ class Envelope:
                 return await self._app(scope, receive, send)
         if scope["type"] != "http":
             return await self._app(scope, receive, send)
-        request_id, started = secrets.token_hex(8), time.monotonic()
+        request_id, started, began_ns = secrets.token_hex(8), time.monotonic(), time.time_ns()
         scope.setdefault("state", {})["request_id"] = request_id
         status, is_stream = 0, False
 
@@ -102,14 +104,15 @@ class Envelope:
             if is_stream:
                 STREAMS.dec()
             seconds, route = time.monotonic() - started, route_of(scope)
-            _count(scope["method"], route, status, None if is_stream else seconds)
+            method = scope["method"] if scope["method"] in METHODS else "other"
+            _count(method, route, status, None if is_stream else seconds)
+            trace_call(request_id, method, route, status, began_ns)
             log.info("answered", method=scope["method"], route=route, status=status, milliseconds=round(seconds * 1000))
             structlog.contextvars.clear_contextvars()
 
 
 def _count(method: str, route: str, status: int, seconds: float | None) -> None:
-    """A made-up method is counted with all others of its kind: labels must not grow with what strangers think up."""
-    REQUESTS.labels(method if method in METHODS else "other", route, str(status)).inc()
+    REQUESTS.labels(method, route, str(status)).inc()
     if seconds is not None:
         REQUEST_SECONDS.labels(route).observe(seconds)
 

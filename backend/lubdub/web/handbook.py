@@ -12,6 +12,8 @@ from fastapi.responses import HTMLResponse
 
 from lubdub.jobs.logs import ALLOWED
 from lubdub.jobs.metrics import described
+from lubdub.jobs.tracing import ALLOWED as TRACED
+from lubdub.jobs.tracing import INSTALL
 from lubdub.settings import Settings
 
 router = APIRouter(include_in_schema=False)
@@ -36,4 +38,5 @@ def operation(request: Request) -> HTMLResponse:
     """Logs, numbers, health, stopping and upgrading."""
     settings: Settings = request.app.state.settings
     page = _templates.get_template("operation.html")
-    return HTMLResponse(page.render(numbers=described(), fields=sorted(ALLOWED), settings=settings))
+    lists = {"numbers": described(), "fields": sorted(ALLOWED), "traced": sorted(TRACED)}
+    return HTMLResponse(page.render(lists, install=INSTALL, settings=settings))

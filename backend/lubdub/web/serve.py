@@ -19,6 +19,7 @@ from fastapi import FastAPI
 from lubdub.cases.admin import first_link
 from lubdub.cases.opening import CannotOpen, open_cases
 from lubdub.jobs.logs import configure_logs
+from lubdub.jobs.tracing import check_traceable
 from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
 from lubdub.safety import warnings
 from lubdub.settings import Settings
@@ -44,6 +45,7 @@ def run_web(settings: Settings, role: WebRole = "web") -> None:
     """
     configure_logs(settings)
     warn(settings)
+    check_traceable(settings)
     listening = listening_socket(settings)
     check_openable(settings)
     _serve(create_app(settings, role), settings, listening)
@@ -53,6 +55,7 @@ def serve(settings: Settings) -> None:
     """Run web server and worker until Ctrl-C. Ends the process with a sentence when it cannot start."""
     configure_logs(settings)
     warn(settings)
+    check_traceable(settings)
     listening = listening_socket(settings)
     check_openable(settings)
     worker = SupervisedWorker(settings)
