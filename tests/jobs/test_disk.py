@@ -83,12 +83,12 @@ def test_a_disk_that_takes_nothing_is_said_and_waited_for(
     waiting = portal.open_case()
     case = desk.send()
     desk.wait_until_at_work(case)
-    assert store_works(desk.service)
+    eventually(lambda: store_works(desk.service))
     spoil(disk)
     desk.gate.touch()
     desk.says("is away and is waited for")
     assert desk.state(case).status == "checking"
-    assert not store_works(desk.service)
+    eventually(lambda: not store_works(desk.service))
     refused = portal.send(waiting, os.urandom(SIZE_MB << 19), expect=503)
     assert refused.json()["type"] == "/problems/not-ready"
     assert "come back later" in refused.json()["detail"]
