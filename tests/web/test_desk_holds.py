@@ -20,7 +20,7 @@ def test_a_lead_holds_a_case_which_then_cannot_be_deleted_until_it_is_released(s
     assert problem["type"] == "/problems/state-conflict"
     assert "legal hold" in problem["detail"]
     assert "court" not in problem["detail"]
-    assert "<code>case.hold</code>" in lead.get(f"/desk/audit?case={case[:8]}")
+    assert "Put a legal hold on a case" in lead.get(f"/desk/audit?case={case[:8]}")
     assert case[:6] not in lead.post("/desk/holds/lift", case=case, reason="Settled").text
     portal.call("DELETE", f"/cases/{case}", 200)
 

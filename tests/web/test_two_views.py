@@ -27,7 +27,8 @@ VIEW = "from lubdub.settings import Settings; from lubdub.web.serve import run_w
 @pytest.fixture(scope="module")
 def view(service: Service) -> Iterator[Service]:
     """A view process beside the web process: the same files and database, another port."""
-    settings = service.settings.model_copy(update={"port": free_port(), "public_url": service.settings.address})
+    changes = {"port": free_port(), "public_url": service.settings.address, "metrics_port": 0}
+    settings = service.settings.model_copy(update=changes)
     other = Service(settings, web_program=VIEW, address=f"http://127.0.0.1:{settings.port}")
     try:
         other.start_web()

@@ -246,5 +246,5 @@ def _make_unlogged(connection: sa.Connection) -> None:
 
 def _set_pragmas(connection: Any, record: object) -> None:
     # Counts may be lost with the machine's power, so nothing waits for the disk.
-    for pragma in ("busy_timeout = 2000", "journal_mode = WAL", "synchronous = OFF"):
+    for pragma in ("busy_timeout = 2000", "synchronous = OFF"):
         connection.execute(f"PRAGMA {pragma}")
