@@ -15,6 +15,7 @@ from lubdub.cases.store import Asked
 from lubdub.cases.values import Actor, Job
 from lubdub.cases.work import MAX_STARTS
 from lubdub.jobs.bundle import Bundle
+from lubdub.jobs.forkserver import ForkServerFailed
 from lubdub.jobs.sandbox import ChildResult, Limits
 from lubdub.jobs.work import BREAKS_READER, COME_BACK, FAILED, JobSettings, TaskNames, Workbench
 from lubdub.results import Progress
@@ -69,6 +70,18 @@ def locate_job(room: Room) -> tuple[Actor, Job]:
     actor, check = check_job(room)
     bench(room, StandIn(ChildResult("ok", EXAMINED.to_bytes()))).do(check.id)
     return actor, room.store.place_landmarks(actor, check.case_id, Asked({"navel": [1.0, 2.0, 3.0]}))[1]
+
+
+def test_a_child_taken_away_by_our_own_stop_hands_in_nothing(room: Room) -> None:
+    actor, job = check_job(room)
+    child = StandIn(ForkServerFailed("the process that reads scans died at work; try again"))
+    stopped = bench(room, child)
+    child.meanwhile = stopped.close
+    stopped.do(job.id)
+    assert room.store.get(actor, job.case_id).status == "checking"
+    room.desk.put_back(job)
+    bench(room, StandIn(ChildResult("ok", EXAMINED.to_bytes()))).do(job.id)
+    assert room.store.get(actor, job.case_id).status == "awaiting_landmarks"
 
 
 def test_the_child_gets_the_scan_and_what_was_said_and_nothing_that_names_the_case(room: Room) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -97,6 +98,11 @@ class Workbench:
         self._vault = vault
         self._runner = runner
         self._settings = settings
+        self._is_closed = threading.Event()
+
+    def close(self) -> None:
+        """Hand in nothing from now on: what ends because its child is taken away is another worker's to do again."""
+        self._is_closed.set()
 
     def do(self, job_id: str) -> None:
         """Do the job, if anybody still waits for it, and hand in what came of it.
@@ -118,7 +124,9 @@ class Workbench:
         except StartedTooOften:
             log.error("a job was started too often and is given up", extra={"job_id": job.id})
             handed = Handed("failed", reason=FAILED.to_json())
-        if handed is None:
+        if self._is_closed.is_set():
+            trace.outcome = "put back"
+        elif handed is None:
             trace.outcome = "cancelled"
         else:
             self._hand_in(job, handed)

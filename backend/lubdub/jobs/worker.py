@@ -109,6 +109,7 @@ def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
     has_name = upkeep.run(locks, _held.at_work, stopping)
     stopping.set()
     end_metrics()
+    workbench.close()
     forks.stop()
     upkeep.put_back(_held.at_work)
     end_tracing()
