@@ -136,7 +136,7 @@ class AskingAgain(httpx.BaseTransport):
                 return response
             response.close()
             time.sleep(1)  # as a client that was turned away does
-        return response
+        return self._once.handle_request(request)
 
     def close(self) -> None:
         """Give the connections back."""
