@@ -79,6 +79,11 @@ def test_every_role_can_be_scaled_but_what_holds_the_data() -> None:
         assert service["command"][0] in ROLES
 
 
+def test_jobs_give_way_to_everything_else_when_processors_are_short() -> None:
+    shares = {name: service.get("cpu_shares", 1024) for name, service in SERVICES.items()}
+    assert shares.pop("worker") * 8 <= min(shares.values())
+
+
 @every_service
 def test_a_service_says_whether_it_is_healthy(name: str) -> None:
     if name in ONCE:

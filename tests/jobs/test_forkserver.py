@@ -16,6 +16,7 @@ import pytest
 
 from lubdub.jobs.confinement import protection
 from lubdub.jobs.forkserver import ForkServer, ForkServerFailed
+from lubdub.jobs.priority import NICENESS
 from lubdub.jobs.sandbox import ChildResult, Limits
 from tests.jobs.test_sandbox import ignore, is_alive, open_descriptors, wait_until
 
@@ -89,6 +90,19 @@ def test_a_cancelled_child_ends_and_the_server_goes_on(server: ForkServer) -> No
     assert result.status == "cancelled"
     assert not is_alive(pids[0])
     assert run(server, "echo").status == "ok"
+
+
+def test_a_child_gives_way_to_pages_however_the_kernel_shares_out_processors(server: ForkServer) -> None:
+    seen: list[tuple[int, str]] = []
+
+    def look(stage: str, fraction: float) -> None:
+        session = Path(f"/proc/{stage}/autogroup")
+        seen.append((os.getpriority(os.PRIO_PROCESS, int(stage)), session.read_text() if session.exists() else ""))
+
+    server.run(f"{TASKS}:own_pid_then_hang", b"", LIMITS, look, lambda: bool(seen))
+    ((niceness, session),) = seen
+    assert niceness == os.getpriority(os.PRIO_PROCESS, 0) + NICENESS
+    assert not session or session.endswith(f" nice {NICENESS}\n")
 
 
 def test_the_child_cannot_reach_a_server_of_this_machine(server: ForkServer) -> None:
@@ -215,6 +229,7 @@ def test_a_server_whose_parent_left_while_it_warmed_up_ends_without_complaint() 
             [sys.executable, "-m", "lubdub.jobs.warm_process", str(child.fileno())],
             env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
             pass_fds=(child.fileno(),),
+            start_new_session=True,
             capture_output=True,
             text=True,
             check=False,

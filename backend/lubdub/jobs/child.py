@@ -49,7 +49,7 @@ def enter(work: Work, output: int, cell: Cell, keep: tuple[int, ...] = ()) -> No
 
 
 def _leave_the_parents_things(output: int, keep: tuple[int, ...]) -> None:
-    os.setsid()
+    os.setpgid(0, 0)  # and no session of its own, which would have a priority of its own
     signal.set_wakeup_fd(-1)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGCHLD):
         signal.signal(number, signal.SIG_DFL)

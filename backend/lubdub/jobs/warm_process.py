@@ -16,6 +16,7 @@ from typing import Any
 
 from lubdub.jobs.child import Cell, Task, enter, fork
 from lubdub.jobs.confinement import Limits
+from lubdub.jobs.priority import give_way
 from lubdub.jobs.sandbox import kill_group
 
 REQUEST_BYTES = 2**16
@@ -124,6 +125,7 @@ def main(arguments: Sequence[str]) -> None:
     """Entry of the warm process: the control socket's number, then what to preload."""
     control = socket.socket(fileno=int(arguments[0]))
     control.set_inheritable(False)
+    give_way()
     _warm_up(arguments[1:])
     gc.freeze()  # children share these pages; a collection in one of them must not copy them
     Server(control).serve()
