@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, field
 
@@ -17,7 +18,8 @@ from lubdub.jobs.reference_marks import AreaMarks, ReferenceMarks
 from lubdub.results import Area, AreaName, CleanScan, Landmark, Reference, Unit
 from lubdub.views.marking_areas import AreaMarkingView
 from lubdub.views.scene import Sides, trunk_mm
-from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
+from lubdub.views.servers import LiveServer, OpenView
+from lubdub.web.clinician_views import ClinicianViews, key_of
 
 MOST_MM = 40.0
 """One call moves an area no further than this."""
@@ -74,24 +76,20 @@ class Marking:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
-class BodyViews:
+class BodyViews(ClinicianViews[Marking]):
     """Opens views of bodies, and shows in each what its clinician has marked."""
 
     def __init__(self, marks: ReferenceMarks) -> None:
+        super().__init__()
         self._marks = marks
-        self._registry: ViewRegistry[Marking] = ViewRegistry()
 
     def open(self, name: str, by: Reviewer, sides: Sides) -> OpenView[Marking]:
         """The clinician's view of the body, built if need be. Raises BodyNotFound, ViewsFull."""
-        reference, key = self._marks.body(by, name), _key(name, by)
+        reference, key = self._marks.body(by, name), key_of(name, by)
         running = self._registry.get(key)
         if running is not None and running.content.sides != sides:
             self._registry.close(key)
         return self._registry.open(key, lambda server: self._build(reference, by, server, sides))
-
-    def running(self, name: str, by: Reviewer) -> OpenView[Marking] | None:
-        """The clinician's view of the body if it is open."""
-        return self._registry.get(_key(name, by))
 
     def follow(self, name: str, by: Reviewer) -> None:
         """Show the marks as they are now, if the clinician has the body open."""
@@ -117,34 +115,8 @@ class BodyViews:
         body = Body.of(self._marks.body(by, marks.body)) if running is None else running.content.body
         return body.nudged(marks, area, left_mm, up_mm)
 
-    def is_watched(self, name: str, by: Reviewer, window: str) -> bool:
-        """Whether this window of a browser is attached to the clinician's view."""
-        return self._registry.is_watched(_key(name, by), window)
-
-    def watched(self, name: str, by: Reviewer, change: int, window: str) -> None:
-        """A browser's window came or went."""
-        self._registry.watched(_key(name, by), change, window)
-
-    def open_count(self) -> int:
-        """How many views are open."""
-        return len(self._registry.ids())
-
-    def close_all(self) -> None:
-        """Stop every view. Off the event loop only."""
-        self._registry.close_all()
-
-    def reap(self) -> None:
-        """Stop views nobody looks at. Off the event loop only."""
-        self._registry.reap()
-
-    def look_again(self) -> None:
-        """Stop views of bodies that serve no more. Off the event loop only."""
-        shown = self._registry.ids()
-        if shown:
-            serving = self._marks.names()
-            for key in shown:
-                if key.partition(".")[0] not in serving:
-                    self._registry.close(key)
+    def _living(self, subjects: set[str]) -> Collection[str]:
+        return self._marks.names()
 
     def _build(self, reference: Reference, by: Reviewer, server: LiveServer, sides: Sides) -> Marking:
         body = Body.of(reference)
@@ -165,7 +137,3 @@ class BodyViews:
             marks = self._marks.mine(by, name)
             marking.view.show(marking.body.areas(marks))
             marking.version = marks.version
-
-
-def _key(name: str, by: Reviewer) -> str:
-    return f"{name}.{by.actor.id}"

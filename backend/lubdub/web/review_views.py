@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import threading
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -24,7 +25,8 @@ from lubdub.report.corrected import walker_on
 from lubdub.results import AreaName, LandmarkName, Outcome
 from lubdub.views.reviewing import Layer, ReviewView, Shown
 from lubdub.views.scene import Sides
-from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
+from lubdub.views.servers import LiveServer, OpenView
+from lubdub.web.clinician_views import ClinicianViews, key_of
 from lubdub.web.reviewed import with_corrections
 
 MOST_MM = 40.0
@@ -47,28 +49,24 @@ class Judging:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
-class ReviewViews:
+class ReviewViews(ClinicianViews[Judging]):
     """Opens views of results, and shows in each what the review says now."""
 
     def __init__(self, files: FileVault, reviews: Reviews, snapshots: Snapshots) -> None:
         """Over the open vault, the reviews, and how cases stand."""
+        super().__init__()
         self._files = files
         self._reviews = reviews
         self._snapshots = snapshots
-        self._registry: ViewRegistry[Judging] = ViewRegistry()
 
     def open(self, case: Case, by: Reviewer, sides: Sides) -> OpenView[Judging]:
         """The clinician's view of the case, built if need be. Raises FileNotFound without a result, ViewsFull."""
         data = self._files.read(case.id, "outcome.npz")
-        sha256, key = hashlib.sha256(data).hexdigest(), _key(case.id, by)
+        sha256, key = hashlib.sha256(data).hexdigest(), key_of(case.id, by)
         running = self._registry.get(key)
         if running is not None and (running.content.sha256 != sha256 or running.content.sides != sides):
             self._registry.close(key)
         return self._registry.open(key, lambda server: self._build(case, by, server, data, sides))
-
-    def running(self, case_id: str, by: Reviewer) -> OpenView[Judging] | None:
-        """The clinician's view of the case if it is open."""
-        return self._registry.get(_key(case_id, by))
 
     def follow(self, case_id: str, by: Reviewer) -> None:
         """Show the review as it is now, if the clinician has it open."""
@@ -122,33 +120,8 @@ class ReviewViews:
         far = [float(np.clip(value, -MOST_MM, MOST_MM)) for value in (left_mm, up_mm)]
         return _in_file(computed, walker.walk(places[name], *far))
 
-    def is_watched(self, case_id: str, by: Reviewer, window: str) -> bool:
-        """Whether this window of a browser is attached to the clinician's view."""
-        return self._registry.is_watched(_key(case_id, by), window)
-
-    def watched(self, case_id: str, by: Reviewer, change: int, window: str) -> None:
-        """A browser's window came or went."""
-        self._registry.watched(_key(case_id, by), change, window)
-
-    def open_count(self) -> int:
-        """How many views are open."""
-        return len(self._registry.ids())
-
-    def close_all(self) -> None:
-        """Stop every view. Off the event loop only."""
-        self._registry.close_all()
-
-    def reap(self) -> None:
-        """Stop views nobody looks at. Off the event loop only."""
-        self._registry.reap()
-
-    def look_again(self) -> None:
-        """Stop views of cases that are deleted, whichever process did it. Off the event loop only."""
-        shown = self._registry.ids()
-        living = self._snapshots.of({_case_of(key) for key in shown})
-        for key in shown:
-            if _case_of(key) not in living:
-                self._registry.close(key)
+    def _living(self, subjects: set[str]) -> Collection[str]:
+        return self._snapshots.of(subjects)
 
     def _build(self, case: Case, by: Reviewer, server: LiveServer, data: bytes, sides: Sides) -> Judging:
         computed = outcome_from_bytes(data)
@@ -197,11 +170,3 @@ def _in_file(outcome: Outcome, place: np.ndarray) -> Position:
         raise StateConflict("There is no scan.")
     x, y, z = (float(value) for value in outcome.scan.body_from_file.inverse().apply(place))
     return x, y, z
-
-
-def _key(case_id: str, by: Reviewer) -> str:
-    return f"{case_id}.{by.actor.id}"
-
-
-def _case_of(key: str) -> str:
-    return key.partition(".")[0]
