@@ -114,8 +114,8 @@ def _given(landmarks: Landmarks) -> Landmarks:
 
 def _disagreement(areas: Mapping[AreaName, Estimate], fit: Fit, age_years: float) -> float:
     """How far the rule on the fitted body's own bones lies from the answer: a registration against a ruler."""
-    zero = np.zeros(2)
-    own = Breastbone(fit.landmarks["suprasternal_notch"], fit.landmarks["xiphisternum"], zero, zero)
+    sure = np.zeros((2, 2))
+    own = Breastbone(fit.landmarks["suprasternal_notch"], fit.landmarks["xiphisternum"], sure, sure)
     return distance_mm(_positions(areas), _positions(place_areas(own, age_years)))
 
 

@@ -7,8 +7,8 @@ from lubdub.areas.rule import Breastbone, distance_mm, place_areas, region_radiu
 
 
 def breastbone(length: float = 150.0, sigma: float = 5.0) -> Breastbone:
-    both = np.array([sigma, sigma])
-    return Breastbone(np.zeros(3), np.array([0.0, -length, 0.0]), both, both)
+    apart = np.eye(2) * sigma**2
+    return Breastbone(np.zeros(3), np.array([0.0, -length, 0.0]), apart, apart)
 
 
 def test_an_adults_areas_stand_where_the_table_says() -> None:
@@ -27,7 +27,7 @@ def test_areas_scale_with_the_breastbone(scale: float) -> None:
 
 
 def test_a_slanting_breastbone_takes_the_areas_along() -> None:
-    bone = Breastbone(np.zeros(3), np.array([10.0, -150.0, -30.0]), np.full(2, 5.0), np.full(2, 5.0))
+    bone = Breastbone(np.zeros(3), np.array([10.0, -150.0, -30.0]), 25 * np.eye(2), 25 * np.eye(2))
     aortic, pulmonary = (place_areas(bone, 40)[name].position for name in ("aortic", "pulmonary"))
     assert (aortic + pulmonary)[0] / 2 == pytest.approx(4.0)
 
@@ -43,6 +43,13 @@ def test_worse_clicks_make_larger_regions(first: float, second: float) -> None:
     small, large = place_areas(breastbone(sigma=low), 40), place_areas(breastbone(sigma=high), 40)
     for name in small:
         assert region_radius_mm(small[name].sigma_mm) <= region_radius_mm(large[name].sigma_mm) + 1e-9
+
+
+def test_ends_that_are_wrong_together_leave_places_between_them_less_sure_than_ends_wrong_by_themselves() -> None:
+    apart, together = 25 * np.eye(2), 25 * np.array([[1.0, 0.9], [0.9, 1.0]])
+    notch, joint = np.zeros(3), np.array([0.0, -150.0, 0.0])
+    one, other = (place_areas(Breastbone(notch, joint, ends, ends), 40)["aortic"] for ends in (apart, together))
+    assert (one.sigma_mm < other.sigma_mm).all()
 
 
 @given(st.floats(0.5, 40), st.floats(0.2, 1.0))

@@ -13,15 +13,16 @@ from lubdub.results import AREA_NAMES, AreaName, Estimate
 
 @dataclass(frozen=True)
 class Breastbone:
-    """The breastbone as believed, body frame. notch, joint: (3,); the sigmas: (2,) across and along the body.
+    """The breastbone as believed, body frame. notch, joint: (3,), where joint is the xiphisternal joint.
 
-    joint is the xiphisternal joint. tilt_sigma_rad: how unsure the direction of the body's long axis is.
+    across_mm2, along_mm2: (2, 2) how unsure the two are across and along the body, as covariances of notch and joint.
+    tilt_sigma_rad: how unsure the direction of the body's long axis is.
     """
 
     notch: np.ndarray
     joint: np.ndarray
-    notch_sigma_mm: np.ndarray
-    joint_sigma_mm: np.ndarray
+    across_mm2: np.ndarray
+    along_mm2: np.ndarray
     tilt_sigma_rad: float = 0.035
 
     @property
@@ -50,10 +51,9 @@ def _place(bone: Breastbone, place: Place) -> Estimate:
 def _variance(bone: Breastbone, place: Place, across: float) -> np.ndarray:
     """(2,) variances across and along: bone points, long axis and the spread between people."""
     length = bone.length_mm
-    share = place.below
-    from_bones = (1 - share) ** 2 * bone.notch_sigma_mm**2 + share**2 * bone.joint_sigma_mm**2
-    length_variance = bone.notch_sigma_mm[1] ** 2 + bone.joint_sigma_mm[1] ** 2
-    scale = np.array([place.left**2 * length_variance, 0.0])
+    level, span = np.array([1 - place.below, place.below]), np.array([1.0, -1.0])
+    from_bones = np.array([level @ bone.across_mm2 @ level, level @ bone.along_mm2 @ level])
+    scale = np.array([place.left**2 * (span @ bone.along_mm2 @ span), 0.0])
     tilt = np.array([0.0, (across * bone.tilt_sigma_rad) ** 2])
     people = (length * np.array([place.spread_left, place.spread_below])) ** 2
     return from_bones + scale + tilt + people
