@@ -27,7 +27,12 @@ case "$1 ${2:-}" in
     "-m pip")
         case "$*" in *"${PIP_FAILS_AT:-no such call}"*) echo "${PIP_SAYS:-pip is unhappy}"; exit 1 ;; esac
         ;;
-    "-m lubdub") shift 2; echo "in $PWD:"; for word in "$@"; do echo "<$word>"; done ;;
+    "-m lubdub")
+        shift 2
+        [ -z "${PYTHONDONTWRITEBYTECODE:-}" ] || echo "bytecode thrown away" >>"$CALLS"
+        echo "in $PWD:"
+        for word in "$@"; do echo "<$word>"; done
+        ;;
     "-m mypy") exit "${MYPY_FAILS:-0}" ;;
     "-m pytest")
         echo "${PYTEST_REPORT:-}" >"${3#--junitxml=}"
@@ -143,6 +148,13 @@ def test_the_second_start_hands_over_at_once(machine: Machine) -> None:
     code, _, err = machine.run("serve")
     assert (code, err) == (0, "")
     assert machine.calls("") == ["python -m lubdub serve"]
+
+
+def test_what_python_compiled_is_kept_so_that_later_starts_are_quick(machine: Machine) -> None:
+    machine.words |= {"PYTHONDONTWRITEBYTECODE": "1"}
+    machine.run("serve")
+    assert machine.calls("-m lubdub serve") != []
+    assert machine.calls("bytecode") == []
 
 
 def test_only_what_changed_is_set_up_again(machine: Machine) -> None:
