@@ -92,7 +92,7 @@ class SettingsTable(BaseSettings):
     oidc_issuer: str = Field(
         default="",
         description="Issuer of an organisation's own login (OpenID Connect), an https:// URL; empty: none. It opens "
-        "accounts whose e-mail address it vouches for.",
+        "the account whose e-mail address it vouches for, and from then on that account to that very person.",
     )
     oidc_client_id: str = Field(default="", description="This service's name at that login.")
     oidc_client_secret: SecretStr = Field(default=SecretStr(""), description="This service's secret at that login.")

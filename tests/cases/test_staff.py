@@ -10,6 +10,7 @@ import sqlalchemy as sa
 
 from lubdub.cases import audit, credentials, invitations
 from lubdub.cases.attempts import Attempts, Limit
+from lubdub.cases.clock import now
 from lubdub.cases.credentials import code_at, new_recovery_codes, new_secret
 from lubdub.cases.desk_sessions import DeskSessions
 from lubdub.cases.desk_values import Clinician, Joining, Role
@@ -122,6 +123,20 @@ def test_password_and_code_open_only_together_and_a_code_only_once(room: Room) -
         ada.sign_in(code=code)
     with pytest.raises(SignInRefused):
         ada.sign_in(code=code_at(ada.secret, time.time() - 300))
+
+
+@pytest.mark.parametrize("other", [PASSWORD.upper(), f"{PASSWORD} ", PASSWORD[:-1], PASSWORD * 20])
+def test_a_password_counts_to_the_last_sign(room: Room, other: str) -> None:
+    ada = first(room)
+    assert not room.staff.credentials.knows_password(ada.clinician, other)
+    assert room.staff.credentials.knows_password(ada.clinician, PASSWORD)
+
+
+def test_a_password_does_not_grow_old(room: Room) -> None:
+    ada = first(room)
+    with room.database.writing() as session:
+        session.execute(sa.update(ClinicianRow).values(created_at=now() - timedelta(days=3650)))
+    assert ada.sign_in() == "password"
 
 
 def test_a_spare_code_stands_in_once(room: Room) -> None:

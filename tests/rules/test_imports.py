@@ -47,6 +47,7 @@ CONFINED = {
     "opentelemetry": {"jobs"},
     "cryptography": {"cases"},
     "pwdlib": {"cases"},
+    "zxcvbn": {"cases"},
     "webauthn": {"web"},
     "joserfc": {"web"},
     "obstore": {"cases"},

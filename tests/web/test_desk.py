@@ -173,6 +173,8 @@ def test_the_first_link_makes_the_administrator_and_an_organisation(service: Ser
         }
         for field, wrong in (
             ("password", "short"),
+            ("password", "password1234"),
+            ("password", "Ada at Heart House"),
             ("code", "000000"),
             ("email", "ada"),
             ("name", " "),

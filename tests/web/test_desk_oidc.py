@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -72,12 +74,14 @@ def at(service: Service) -> Desk:
     return desk
 
 
-def vouched(provider: str, desk: Desk, account: Account, **changes: object) -> str:
+def vouched(
+    provider: str, desk: Desk, account: Account, way: str = "/desk/oidc", sub: str = "", **changes: object
+) -> str:
     """Through the login, which vouches for the account's address; where it sends the browser."""
-    sub = account.clinician.id
+    sub = sub or account.clinician.id
     claims = {"email": account.clinician.email, "email_verified": True} | changes
     httpx.put(f"{provider}/users/{sub}", json=claims).raise_for_status()
-    asked = desk.http.get("/desk/oidc").headers["location"]
+    asked = desk.http.get(way).headers["location"]
     assert asked.startswith(provider)
     answer = httpx.post(asked, data={"sub": sub})
     assert answer.status_code == 302, answer.text
@@ -119,6 +123,42 @@ def test_what_one_browser_began_no_other_finishes_and_nobody_twice(
     desk.http.get(back.replace("state=", "state=x"))
     desk.http.get(back)
     assert not is_in(desk)
+
+
+def test_the_login_leads_back_to_the_page_that_was_wanted(hospital: Service, provider: str, account: Account) -> None:
+    desk = at(hospital)
+    back = vouched(provider, desk, account, way="/desk/oidc?back=/desk/account")
+    assert desk.http.get(back).headers["location"] == "/desk/account"
+    astray = vouched(provider, at(hospital), account, way="/desk/oidc?back=//evil.example")
+    assert "evil" not in astray
+
+
+def test_a_login_that_may_remember_people_must_ask_before_one_changes_how_one_signs_in(
+    hospital: Service, provider: str, account: Account
+) -> None:
+    desk = at(hospital)
+    desk.http.get(vouched(provider, desk, account))
+    on = desk.http.get("/desk/account/password").headers["location"]
+    assert "again=1" in on
+    way = html.unescape(re.findall(r'href="(/desk/oidc[^"]+)"', desk.get(on))[0])
+    asked = parse_qs(urlsplit(desk.http.get(way).headers["location"]).query)
+    assert (asked["prompt"], asked["max_age"]) == (["login"], ["0"])
+    done = desk.http.get(vouched(provider, desk, account, way=way))
+    assert done.headers["location"] == "/desk/account/password"
+    assert desk.http.get("/desk/account/password").status_code == 200
+
+
+def test_the_account_stays_with_the_person_whom_the_login_meant_first(
+    hospital: Service, provider: str, account: Account
+) -> None:
+    desk, heir = at(hospital), at(hospital)
+    desk.http.get(vouched(provider, desk, account))
+    assert is_in(desk)
+    heir.http.get(vouched(provider, heir, account, sub="the next one with that address"))
+    assert not is_in(heir)
+    later = at(hospital)
+    later.http.get(vouched(provider, later, account, email="new@heart.example", email_verified=False))
+    assert is_in(later)
 
 
 @pytest.mark.parametrize("changes", [{"email": "nobody@heart.example"}, {"email_verified": False}])

@@ -69,12 +69,22 @@ def test_who_lost_the_phone_gets_new_ways_to_sign_in_and_old_ones_are_over(servi
     assert "Lead" in later.get("/desk/account")
 
 
-def test_a_password_is_replaced_by_whoever_is_signed_in(service: Service) -> None:
+def test_a_password_is_replaced_by_whoever_is_signed_in_and_knows_it(service: Service) -> None:
     desk = signed_in(service)
-    secret = hidden(desk.get("/desk/account/password"), "secret")
-    desk.post("/desk/account/password", 422, secret=secret, password=PASSWORD, code="000000")
-    page = desk.post("/desk/account/password", secret=secret, password=PASSWORD, code=code_at(secret, time.time()))
-    assert page.text.count("<li>") == 8
+    page = desk.get("/desk/account/password")
+    secret = hidden(page, "secret")
+    assert 'type="password" value="" autocomplete="current-password"' in page
+    said = {"secret": secret, "current": PASSWORD, "password": "another three words"}
+    for field, wrong in (
+        ("code", "000000"),
+        ("current", "three plain worms"),
+        ("current", ""),
+        ("password", "Heart House"),
+    ):
+        fields = {"code": code_at(secret, time.time())} | said | {field: wrong}
+        assert f'href="#{field}"' in desk.post("/desk/account/password", 422, **fields).text
+    page = desk.post("/desk/account/password", **said, code=code_at(secret, time.time())).text
+    assert page.count("<li>") == 8
 
 
 @pytest.mark.parametrize("verb", ["role", "disable", "enable", "renew"])

@@ -26,8 +26,8 @@ from lubdub.cases.errors import SignInRefused
 from lubdub.cases.files import FileVault
 from lubdub.cases.invitations import Equip
 from lubdub.cases.models_desk import ClinicianRow, RecoveryCodeRow
+from lubdub.cases.passwords import LONGEST_PASSWORD
 
-SHORTEST_PASSWORD, LONGEST_PASSWORD = 12, 200
 SECRET_BYTES = 20
 STEP_S, DIGITS = 30, 6
 DRIFT_STEPS = (0, -1, 1)
@@ -79,8 +79,8 @@ class Credentials:
         with self._database.reading() as session:
             row = session.scalar(_living(email))
             hashed = None if row is None else row.password_hash
-        fits = self._hasher.verify(password[:LONGEST_PASSWORD], hashed or self._nobodys)
-        if row is None or hashed is None or not fits:
+        is_it = self._is_password(password, hashed)
+        if row is None or not is_it:
             self._note_refusal(row)
             raise SignInRefused(email)
         how = self._take_code(row.id, code)
@@ -90,6 +90,25 @@ class Credentials:
         self._attempts.forget(account)
         with self._database.reading() as session:
             return to_clinician(session, session.get_one(ClinicianRow, row.id)), how
+
+    def knows_password(self, clinician: Clinician, password: str) -> bool:
+        """Whether it is the account's password now. Tries are counted with those of signing in. Raises TooManyTries."""
+        account = f"sign-in {plain_email(clinician.email)}"
+        self._attempts.count(account, OF_ACCOUNT)
+        with self._database.reading() as session:
+            row = session.get_one(ClinicianRow, clinician.id)
+        is_it = self._is_password(password, row.password_hash)
+        if is_it:
+            self._attempts.forget(account)
+        else:
+            self._note_refusal(row)
+        return is_it
+
+    def _is_password(self, password: str, hashed: str | None) -> bool:
+        """As it was typed. One that is too long, or nobody's, takes as long to refuse as any other."""
+        is_taken = len(password) <= LONGEST_PASSWORD
+        fits = self._hasher.verify(password if is_taken else "", hashed or self._nobodys)
+        return fits and is_taken and hashed is not None
 
     def _take_code(self, clinician_id: str, code: str) -> How | None:
         """How the code fits; neither a code of the app nor a recovery code works twice."""

@@ -12,7 +12,8 @@ from lubdub.cases.values import Actor
 Role = Literal["clinician", "lead", "administrator"]
 ROLES: tuple[Role, ...] = ("clinician", "lead", "administrator")
 """Each may do what those before it may: review; also read the audit trail; also let people in and out."""
-How = Literal["passkey", "password", "recovery", "oidc"]
+How = Literal["passkey", "password", "recovery", "oidc", "oidc-asked"]
+"""oidc: an organisation's login, which may have remembered its person; oidc-asked: it says that it asked just now."""
 
 
 def may(role: Role, least: Role) -> bool:
@@ -95,6 +96,15 @@ class Joining:
     name: str
     email: str
     organisation: str = ""
+
+
+@dataclass(frozen=True)
+class Vouched:
+    """Whom an organisation's own login means (subject), and the address it vouches for, if any."""
+
+    issuer: str
+    subject: str
+    email: str
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ class Invitations:
         session.execute(sa.delete(PasskeyRow).where(PasskeyRow.clinician_id == row.id))
         session.execute(sa.delete(RecoveryCodeRow).where(RecoveryCodeRow.clinician_id == row.id))
         session.execute(sa.delete(ClinicianSessionRow).where(ClinicianSessionRow.clinician_id == row.id))
-        row.password_hash = row.second_factor = None
+        row.password_hash = row.second_factor = row.login_sha256 = None
         equip(session, row)
         session.delete(link)
         renewed = to_clinician(session, row)

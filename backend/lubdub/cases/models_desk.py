@@ -11,7 +11,10 @@ from lubdub.cases.models import Base
 
 
 class ClinicianRow(Base):
-    """Somebody who works at the desk of one organisation. second_factor: the sealed secret of the code app."""
+    """Somebody who works at the desk of one organisation. second_factor: the sealed secret of the code app.
+
+    login_sha256: of whom the organisation's own login means, once it has signed them in.
+    """
 
     __tablename__ = "clinicians"
     id: Mapped[str] = mapped_column(sa.String(64), primary_key=True)
@@ -24,6 +27,7 @@ class ClinicianRow(Base):
     password_hash: Mapped[str | None] = mapped_column(sa.String(300))
     second_factor: Mapped[bytes | None]
     last_code_step: Mapped[int] = mapped_column(default=0)
+    login_sha256: Mapped[str | None] = mapped_column(sa.String(64), index=True, unique=True)
 
 
 class RecoveryCodeRow(Base):

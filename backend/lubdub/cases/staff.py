@@ -14,6 +14,7 @@ from lubdub.cases.family_invitations import FamilyInvitations
 from lubdub.cases.files import FileVault
 from lubdub.cases.holds import Holds
 from lubdub.cases.invitations import Invitations
+from lubdub.cases.logins import Logins
 from lubdub.cases.passkeys import Passkeys
 from lubdub.cases.trail import Trail
 
@@ -26,6 +27,7 @@ class Staff:
     invitations: Invitations
     credentials: Credentials
     passkeys: Passkeys
+    logins: Logins
     sessions: DeskSessions
     families: FamilyInvitations
     trail: Trail
@@ -48,6 +50,7 @@ def open_staff(database: Database, vault: FileVault, times: Times) -> Staff:
         invitations=Invitations(database),
         credentials=Credentials(database, vault, Attempts(database)),
         passkeys=Passkeys(database),
+        logins=Logins(database),
         sessions=DeskSessions(database, times.idle, times.longest),
         families=FamilyInvitations(database, vault, times.family_link),
         trail=Trail(database),

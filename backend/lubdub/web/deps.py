@@ -4,8 +4,9 @@ Pages: `FamilyDep` (makes the session when there is none; the cookie is set on w
 (the family's own case of the path's `case_id`, else 404), `FormGuard` (put it in the route's `dependencies` of
 every form), `csrf_token(family)` for the form's hidden field `csrf_token`.
 The desk: `ClinicianDep` (who is signed in; else pages lead to the sign-in page, scripts and sockets get 401),
-`LeadDep`, `AdministratorDep` or `role(...)` (the same with at least that role, else 403), `DeskGuard` (in the
-`dependencies` of everything that changes), `VisitorDep` and `VisitorGuard` for pages before signing in.
+`FreshClinicianDep` (who signed in just now; else to the sign-in page and back), `LeadDep`, `AdministratorDep` or
+`role(...)` (the same with at least that role, else 403), `DeskGuard` (in the `dependencies` of everything that
+changes), `VisitorDep` and `VisitorGuard` for pages before signing in.
 REST: `ReaderDep`, `WriterDep` (the actor: a portal's key with the scope, or a family's own session); for what only
 portals have `KeyManagerDep`, `WebhookManagerDep`, `PortalReaderDep`,
 `PortalWriterDep`.
@@ -27,10 +28,13 @@ from lubdub.web.deps_desk import (
     AdministratorDep,
     ClinicianDep,
     DeskGuard,
+    FreshClinicianDep,
     KnownClinicianDep,
     LeadDep,
     VisitorDep,
     VisitorGuard,
+    is_fresh,
+    known_clinician,
     role,
 )
 from lubdub.web.deps_services import (
@@ -70,6 +74,7 @@ __all__ = [
     "FamilyDep",
     "FilesDep",
     "FormGuard",
+    "FreshClinicianDep",
     "KeyManagerDep",
     "KeysDep",
     "KnownClinicianDep",
@@ -96,6 +101,8 @@ __all__ = [
     "WorklistDep",
     "WriterDep",
     "csrf_token",
+    "is_fresh",
+    "known_clinician",
     "own_case",
     "role",
 ]

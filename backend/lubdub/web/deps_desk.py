@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
 from starlette.requests import HTTPConnection
 
+from lubdub.cases.clock import now
 from lubdub.cases.desk_values import ClinicianSession, Role, may
 from lubdub.web import guard
 from lubdub.web.deps_services import ServicesDep, SettingsDep
@@ -31,6 +33,24 @@ def clinician(known: KnownClinicianDep) -> ClinicianSession:
 
 
 ClinicianDep = Annotated[ClinicianSession, Depends(clinician)]
+
+FRESH = timedelta(minutes=10)
+"""So long after signing in, somebody may change how they sign in."""
+
+
+def is_fresh(session: ClinicianSession) -> bool:
+    """Whether the person showed just now who they are. A login that remembers people did not ask them."""
+    return session.how != "oidc" and now() - session.created_at <= FRESH
+
+
+def fresh_clinician(session: ClinicianDep) -> ClinicianSession:
+    """Who has just signed in. Raises Problem `sign-in-again`, which pages turn into the way there and back."""
+    if not is_fresh(session):
+        raise Problem("sign-in-again", "Sign in once more before you change how you sign in.")
+    return session
+
+
+FreshClinicianDep = Annotated[ClinicianSession, Depends(fresh_clinician)]
 
 
 def role(least: Role) -> Any:

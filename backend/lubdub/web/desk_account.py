@@ -9,11 +9,14 @@ from fastapi.responses import Response
 
 from lubdub.cases.credentials import is_secret, new_recovery_codes, new_secret
 from lubdub.cases.desk_values import ClinicianSession
-from lubdub.web.deps import ClinicianDep, DeskGuard, StaffDep
+from lubdub.cases.errors import TooManyTries
+from lubdub.cases.staff import Staff
+from lubdub.web.deps import ClinicianDep, DeskGuard, FreshClinicianDep, StaffDep
 from lubdub.web.desk_codes import code_picture
 from lubdub.web.desk_common import SIGN_IN, role_words, show
 from lubdub.web.desk_join import password_faults
-from lubdub.web.pages_common import FormDep, go, said
+from lubdub.web.pages_common import FormDep, as_typed, go, said
+from lubdub.web.pages_look import gettext_of
 
 ACCOUNT = "/desk/account"
 
@@ -35,23 +38,37 @@ def account(request: Request, session: ClinicianDep, staff: StaffDep) -> Respons
 
 
 @router.get(f"{ACCOUNT}/password")
-def password(request: Request, session: ClinicianDep) -> Response:
+def password(request: Request, session: FreshClinicianDep) -> Response:
     """A new password and code app, instead of the old ones or beside a passkey."""
     return _password_page(request, session, new_secret(), {})
 
 
 @router.post(f"{ACCOUNT}/password", dependencies=[DeskGuard])
-def password_set(request: Request, session: ClinicianDep, form: FormDep, staff: StaffDep) -> Response:
+def password_set(request: Request, session: FreshClinicianDep, form: FormDep, staff: StaffDep) -> Response:
     """Takes them over when the code shows that the app has the secret; then the spare codes, once."""
-    secret = said(form, "secret")
+    secret, me = said(form, "secret"), session.clinician
     if not is_secret(secret):
         return go(f"{ACCOUNT}/password")
-    errors = password_faults(request, form)
+    errors = password_faults(request, form, (me.name, me.email, me.organisation))
+    errors |= _current_faults(request, session, as_typed(form, "current"), staff)
     if errors:
         return _password_page(request, session, secret, errors)
     codes = new_recovery_codes()
-    staff.credentials.replace(session.clinician, said(form, "password"), secret, codes)
+    staff.credentials.replace(me, as_typed(form, "password"), secret, codes)
     return show(request, "clinician/join/codes.html", session, codes=codes)
+
+
+def _current_faults(request: Request, session: ClinicianSession, current: str, staff: Staff) -> dict[str, str]:
+    _ = gettext_of(request)
+    if not session.clinician.has_password:
+        return {}
+    try:
+        is_it = staff.credentials.knows_password(session.clinician, current)
+    except TooManyTries:
+        return {"current": _("Too many tries. Wait 15 minutes, then try again.")}
+    return (
+        {} if is_it else {"current": _("This is not your password. If you forgot it, ask an administrator for a link.")}
+    )
 
 
 def _password_page(request: Request, session: ClinicianSession, secret: str, errors: dict[str, str]) -> Response:

@@ -69,6 +69,7 @@ def _about_people(_: Callable[[str], str]) -> dict[str, str]:
         "clinician.enable": _("Let somebody in again"),
         "clinician.renew": _("Made a link for a new password or passkey"),
         "clinician.renewed": _("Chose a new password or passkey by a link"),
+        "clinician.login": _("Signed in by the organisation's login for the first time"),
         "clinician.password": _("Changed the password"),
         "passkey.add": _("Added a passkey"),
         "passkey.remove": _("Removed a passkey"),

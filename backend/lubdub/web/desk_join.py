@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from fastapi import APIRouter, Request
@@ -9,22 +10,16 @@ from fastapi.responses import Response
 from starlette.datastructures import FormData
 
 from lubdub.cases.clinicians import is_email
-from lubdub.cases.credentials import (
-    LONGEST_PASSWORD,
-    SHORTEST_PASSWORD,
-    fits,
-    is_secret,
-    new_recovery_codes,
-    new_secret,
-)
+from lubdub.cases.credentials import fits, is_secret, new_recovery_codes, new_secret
 from lubdub.cases.desk_values import Invitation, Joining
 from lubdub.cases.errors import EmailTaken, LinkSpent
+from lubdub.cases.passwords import fault_of
 from lubdub.web.deps import ServicesDep, StaffDep, VisitorDep, VisitorGuard
 from lubdub.web.desk_codes import code_picture
 from lubdub.web.desk_common import role_words
 from lubdub.web.desk_sign_in import open_session
 from lubdub.web.guard import Visitor
-from lubdub.web.pages_common import FormDep, said
+from lubdub.web.pages_common import FormDep, as_typed, said
 from lubdub.web.pages_look import gettext_of, render
 
 JOIN = "/desk/join"
@@ -57,11 +52,15 @@ def joined(request: Request, browser: VisitorDep, form: FormDep, held: ServicesD
     invitation = invitations.look(typed["link"])
     if invitation is None or not is_secret(typed["secret"]):
         return _arrived(request, browser, {"link": link_spent(request)})
-    errors = account_faults(request, invitation, typed) | password_faults(request, form)
+    known = held.staff.clinicians.find(invitation.email)
+    own = [typed["name"], typed["email"], typed["organisation"], invitation.organisation]
+    if known is not None:
+        own += [known.name, known.email]
+    errors = account_faults(request, invitation, typed) | password_faults(request, form, own)
     if errors:
         return _account(request, browser, invitation, typed, errors)
     codes = new_recovery_codes()
-    equip = credentials.equipped(said(form, "password"), typed["secret"], codes)
+    equip = credentials.equipped(as_typed(form, "password"), typed["secret"], codes)
     joining = Joining(typed["name"], typed["email"], typed["organisation"])
     try:
         who = invitations.accept(typed["link"], joining, equip)
@@ -88,12 +87,18 @@ def account_faults(request: Request, invitation: Invitation, typed: dict[str, st
     return faults
 
 
-def password_faults(request: Request, form: FormData) -> dict[str, str]:
-    """What is wrong with password and code: field -> sentence."""
+def password_faults(request: Request, form: FormData, own: Iterable[str]) -> dict[str, str]:
+    """What is wrong with password and code: field -> sentence. own: name, e-mail and organisation of who chooses."""
     _ = gettext_of(request)
+    words = {
+        "length": _("Choose a password of at least 12 signs."),
+        "own": _("Your name, e-mail and organisation do not count. Add 12 signs that have nothing to do with them."),
+        "common": _("This is easy to guess. Choose three or four words that do not belong together."),
+    }
     faults = {}
-    if not SHORTEST_PASSWORD <= len(said(form, "password")) <= LONGEST_PASSWORD:
-        faults["password"] = _("Choose a password of at least 12 signs.")
+    fault = fault_of(as_typed(form, "password"), own)
+    if fault is not None:
+        faults["password"] = words[fault]
     if not fits(said(form, "secret"), said(form, "code")):
         faults["code"] = _("This is not the code that the app shows now.")
     return faults

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from lubdub.cases.desk_values import Joining
 from lubdub.cases.errors import EmailTaken, LinkSpent
-from lubdub.web.deps import ClinicianDep, DeskGuard, ServicesDep, StaffDep, VisitorDep, VisitorGuard
+from lubdub.web.deps import DeskGuard, FreshClinicianDep, ServicesDep, StaffDep, VisitorDep, VisitorGuard
 from lubdub.web.desk_account import ACCOUNT
 from lubdub.web.desk_common import HOME, SIGN_IN, device_of
 from lubdub.web.desk_join import JOIN, account_faults, email_taken, link_spent
@@ -93,13 +93,13 @@ def join(
 
 
 @router.post(f"{ACCOUNT}/passkeys/options", dependencies=[DeskGuard])
-def ask_to_add(session: ClinicianDep, ceremony: CeremonyDep) -> dict[str, Any]:
+def ask_to_add(session: FreshClinicianDep, ceremony: CeremonyDep) -> dict[str, Any]:
     """What the browser needs to make one more passkey."""
     return ceremony.ask_to_make(session.token, session.clinician.email, session.clinician)
 
 
 @router.post(f"{ACCOUNT}/passkeys", dependencies=[DeskGuard])
-def add(request: Request, told: Using, session: ClinicianDep, ceremony: CeremonyDep, staff: StaffDep) -> Response:
+def add(request: Request, told: Using, session: FreshClinicianDep, ceremony: CeremonyDep, staff: StaffDep) -> Response:
     """Adds it to the account."""
     new = ceremony.made(session.token, told.credential, device_of(request))
     staff.passkeys.add(session.clinician, new)
@@ -107,7 +107,7 @@ def add(request: Request, told: Using, session: ClinicianDep, ceremony: Ceremony
 
 
 @router.post(f"{ACCOUNT}/passkeys/remove", dependencies=[DeskGuard])
-def remove(session: ClinicianDep, form: FormDep, staff: StaffDep) -> Response:
+def remove(session: FreshClinicianDep, form: FormDep, staff: StaffDep) -> Response:
     """Forgets a passkey, for instance of a lost phone."""
     staff.passkeys.remove(session.clinician, said(form, "passkey"))
     return go(ACCOUNT)

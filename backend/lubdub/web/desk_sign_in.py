@@ -15,10 +15,12 @@ from lubdub.web.deps import (
     StaffDep,
     VisitorDep,
     VisitorGuard,
+    is_fresh,
+    known_clinician,
 )
 from lubdub.web.desk_common import HOME, SIGN_IN, device_of
 from lubdub.web.guard import Visitor, desk_cookie, new_visitor, own_path
-from lubdub.web.pages_common import FormDep, go, said
+from lubdub.web.pages_common import FormDep, as_typed, go, said
 from lubdub.web.pages_look import gettext_of, render
 from lubdub.web.services import Services
 
@@ -26,11 +28,17 @@ router = APIRouter(include_in_schema=False)
 
 
 @router.get(SIGN_IN)
-def sign_in(request: Request, browser: VisitorDep, known: KnownClinicianDep, back: str = HOME) -> Response:
-    """The ways in; for somebody who is in already, on to where they wanted."""
-    if known is not None:
+def sign_in(
+    request: Request, browser: VisitorDep, known: KnownClinicianDep, back: str = HOME, again: bool = False
+) -> Response:
+    """The ways in; for somebody who is in already, on to where they wanted.
+
+    again: unless they want what needs to have signed in just now.
+    """
+    is_again = again and known is not None and not is_fresh(known)
+    if known is not None and not is_again:
         return go(own_path(back, HOME))
-    return sign_in_page(request, browser, back, {}, "")
+    return sign_in_page(request, browser, back, {}, "", is_again)
 
 
 @router.post(SIGN_IN, dependencies=[VisitorGuard])
@@ -40,7 +48,7 @@ def signed_in(request: Request, browser: VisitorDep, form: FormDep, held: Servic
     email, back = said(form, "email"), said(form, "back")
     address = request.client.host if request.client else ""
     try:
-        who, how = held.staff.credentials.sign_in(email, said(form, "password"), said(form, "code"), address)
+        who, how = held.staff.credentials.sign_in(email, as_typed(form, "password"), said(form, "code"), address)
     except SignInRefused:
         wrong = _("E-mail, password and code do not fit together. Try again with the next code of your app.")
         return sign_in_page(request, browser, back, {"email": wrong}, email)
@@ -61,17 +69,23 @@ def sign_out(request: Request, session: ClinicianDep, staff: StaffDep, held: Ser
 
 
 def open_session(request: Request, held: Services, who: Clinician, how: How) -> None:
-    """Sign this browser in, under a new cookie."""
+    """Sign this browser in, under a new cookie. What it was signed in with before is over."""
+    before = known_clinician(request, held)
+    if before is not None:
+        held.staff.sessions.end(before.clinician, before.id)
     session = held.staff.sessions.open(who, how, device_of(request))
     request.state.set_cookie = desk_cookie(held.settings, session)
 
 
-def sign_in_page(request: Request, browser: Visitor, back: str, errors: dict[str, str], email: str) -> Response:
+def sign_in_page(
+    request: Request, browser: Visitor, back: str, errors: dict[str, str], email: str, is_again: bool = False
+) -> Response:
     """The ways in, and what went wrong with one. back: where one wanted."""
     held: Services = request.app.state.services
     facts = {
         "errors": errors,
         "email": email,
+        "is_again": is_again,
         "goes_to": own_path(back, HOME),
         "login": (held.settings.oidc_name or held.settings.oidc_issuer) if held.settings.oidc_issuer else "",
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from datetime import timedelta
 from importlib import resources
 from typing import Any
 
@@ -15,6 +16,7 @@ from lubdub.jobs.metrics import described
 from lubdub.jobs.tracing import ALLOWED as TRACED
 from lubdub.jobs.tracing import INSTALL
 from lubdub.settings import Settings
+from lubdub.web.deps_desk import FRESH
 
 router = APIRouter(include_in_schema=False)
 
@@ -30,7 +32,8 @@ def asvs() -> dict[str, Any]:
 def security(request: Request) -> HTMLResponse:
     """What is protected, against whom, and what is not; and the ASVS items."""
     settings: Settings = request.app.state.settings
-    return HTMLResponse(_templates.get_template("security.html").render(table=asvs(), settings=settings))
+    page = _templates.get_template("security.html")
+    return HTMLResponse(page.render(table=asvs(), settings=settings, fresh_minutes=FRESH // timedelta(minutes=1)))
 
 
 @router.get("/api/docs/operation", response_class=HTMLResponse)

@@ -39,7 +39,7 @@ from lubdub.web import (
     pages_waiting,
     view,
 )
-from lubdub.web.desk_common import is_desk, to_sign_in
+from lubdub.web.desk_common import is_desk, to_sign_in, to_sign_in_again
 from lubdub.web.pages_common import wants_json
 from lubdub.web.pages_look import gettext_of, render
 from lubdub.web.problems import Problem, problem_response
@@ -100,6 +100,8 @@ def error_page(request: Request, problem: Problem) -> Response:
         return _as_json(request, problem)
     if problem.kind == "not-signed-in" and is_desk(request):
         return to_sign_in(request)
+    if problem.kind == "sign-in-again":
+        return to_sign_in_again(request, desk_account.ACCOUNT)
     _ = gettext_of(request)
     heading, message = _words(problem, _)
     case_id = request.path_params.get("case_id")

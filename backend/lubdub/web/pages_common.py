@@ -33,8 +33,13 @@ DeskDep = Annotated[ViewDesk, Depends(_desk)]
 
 def said(form: FormData, name: str) -> str:
     """A field's text, trimmed; empty for what is missing or a file."""
+    return as_typed(form, name).strip()
+
+
+def as_typed(form: FormData, name: str) -> str:
+    """A field's text to the last sign, for passwords; empty for what is missing or a file."""
     value = form.get(name)
-    return value.strip() if isinstance(value, str) else ""
+    return value if isinstance(value, str) else ""
 
 
 def next_path(case: Case, marks: Marks) -> str:

@@ -45,6 +45,7 @@ PROBLEMS: dict[str, ProblemKind] = {
     "page-not-found": ProblemKind(404, "There is nothing at this address"),
     "method-not-allowed": ProblemKind(405, "This address does not take that method"),
     "not-signed-in": ProblemKind(401, "A key or a session is needed"),
+    "sign-in-again": ProblemKind(403, "Signing in was too long ago for this"),
     "scope-missing": ProblemKind(403, "The key does not allow this"),
     "sandbox-takes-samples": ProblemKind(403, "A sandbox takes sample bodies alone"),
     "role-missing": ProblemKind(403, "The role does not allow this"),

@@ -9,6 +9,10 @@ async function send(path, body) {
   const headers = { Accept: "application/json", "Content-Type": "application/json", "X-CSRF-Token": token };
   const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(body) });
   const told = await answer.json();
+  if (told.type === "/problems/sign-in-again") {
+    window.location.assign(`/desk/sign-in?${new URLSearchParams({ again: 1, back: window.location.pathname })}`);
+    return null;
+  }
   if (!answer.ok) throw new Error(Object.values(told.errors ?? {}).filter((one) => typeof one === "string").join(" "));
   return told;
 }
@@ -16,12 +20,13 @@ async function send(path, body) {
 async function run(button) {
   const fields = button.form ? Object.fromEntries(new FormData(button.form)) : {};
   const options = await send(`${button.dataset.at}/options`, fields);
+  if (options === null) return;
   const credential =
     button.dataset.passkey === "create"
       ? await navigator.credentials.create({ publicKey: PublicKeyCredential.parseCreationOptionsFromJSON(options) })
       : await navigator.credentials.get({ publicKey: PublicKeyCredential.parseRequestOptionsFromJSON(options) });
   const told = await send(button.dataset.at, { ...fields, credential: credential.toJSON() });
-  window.location.assign(told.next);
+  if (told !== null) window.location.assign(told.next);
 }
 
 for (const button of document.querySelectorAll("[data-passkey]")) {
