@@ -13,6 +13,7 @@ from typing import Any
 
 from dbos import DBOSClient, WorkflowStatus
 
+from lubdub.cases.clock import now
 from lubdub.cases.privacy import Privacy
 from lubdub.cases.rows import job_of
 from lubdub.cases.sharing import Sharing
@@ -26,6 +27,9 @@ from lubdub.settings import Settings
 BEAT_S = 2.0
 """A lost machine is noticed after `liveness.LOST_AFTER_S`, and its jobs are taken over one beat later."""
 PURGE_S = 3600.0
+KEPT_IN_QUEUE = timedelta(days=1)
+"""A job's row in the queue outlives the job by so long, for whoever looks for a fault; its case has the result."""
+FORGOTTEN_AT_ONCE = 500
 GRACE = timedelta(seconds=5)
 """A row is left alone this long after its last change: its call to the queue may still be on the way."""
 LOOKS = 3
@@ -66,6 +70,7 @@ class Upkeep:
         self._engine = DbosEngine(settings.jobs_database)
         self._client = DBOSClient(system_database_url=jobs_url(settings.jobs_database), retry_connection_errors=False)
         self._purged_at = -PURGE_S
+        self._forgets = False
         self._not_at_work: Counter[str] = Counter()
 
     def run(self, locks: NameLocks, at_work: Collection[str], stopping: threading.Event) -> bool:
@@ -111,14 +116,22 @@ class Upkeep:
 
     def _take_over(self, locks: NameLocks, at_work: Collection[str]) -> None:
         """Put jobs back into the queue: of dead workers, whose name's lock can be taken, and what we lost ourselves."""
-        pending = self._client.list_workflows(status="PENDING", load_input=False, load_output=False)
+        pending = self._pending()
         for dead in {job.executor_id for job in pending if job.executor_id is not None} - {self._known_as.name}:
             if not locks.try_take(dead):
                 continue
-            self._resume([job.workflow_id for job in pending if job.executor_id == dead])
+            # Asked again, now that nobody else can: another worker may have been here since, and be at work on them.
+            orphans = self._pending(executor_id=dead)
+            self._resume([job.workflow_id for job in orphans])
             locks.release(dead)
             log.warning("the jobs of a dead worker were taken over", extra={"worker": dead})
         self._resume(self._lost(pending, at_work))
+
+    def _pending(self, executor_id: str | None = None) -> list[WorkflowStatus]:
+        """The jobs that the queue says are at work, of one worker or of all."""
+        return self._client.list_workflows(
+            status="PENDING", executor_id=executor_id, load_input=False, load_output=False
+        )
 
     def _lost(self, pending: Sequence[WorkflowStatus], at_work: Collection[str]) -> list[str]:
         """A database that dies may have handed us a job without our hearing of it."""
@@ -133,10 +146,29 @@ class Upkeep:
             self._not_at_work.pop(job_id, None)
 
     def _purge(self) -> None:
-        """The retention clock."""
+        """The retention clock, for cases, shared bodies and the queue."""
         if time.monotonic() - self._purged_at >= PURGE_S:
             self._purged_at = time.monotonic()
             gone = self._desks.privacy.purge(self._settings.retention_days)
             log.info("retention: %d cases deleted", len(gone))
             bodies = remove_unshared(self._desks.sharing, self._settings.own_references)
             log.info("retention: %d reference bodies removed", len(bodies))
+            self._forgets = True
+        if self._forgets:
+            self._forgets = self._forget_ended()
+
+    def _forget_ended(self) -> bool:
+        """Delete rows of jobs that ended long ago, or the queue would grow for ever. Whether there may be more.
+
+        A part at each beat, so that a long queue keeps nobody from being taken over.
+        """
+        ended = self._client.list_workflows(
+            completed_before=(now() - KEPT_IN_QUEUE).isoformat(),
+            limit=FORGOTTEN_AT_ONCE,
+            load_input=False,
+            load_output=False,
+        )
+        if ended:
+            self._client.delete_workflows([job.workflow_id for job in ended])
+            log.info("retention: the queue forgot %d jobs", len(ended))
+        return len(ended) == FORGOTTEN_AT_ONCE
