@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+import os
+import select
+import subprocess
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +18,28 @@ import sqlalchemy as sa
 
 from lubdub.cases.database import Database
 from lubdub.cases.files import FileVault
-from lubdub.cases.models import CaseRow
+from lubdub.cases.models import CaseEventRow, CaseRow, FileRow
 from lubdub.cases.people import People
+from lubdub.cases.privacy import Privacy
+from lubdub.cases.sharing import Sharing
 from lubdub.cases.store import CaseStore
 from lubdub.cases.values import SYSTEM, Actor, Case, Job
-from lubdub.jobs.engine import DbosEngine
+from lubdub.cases.work import WorkDesk
+from lubdub.jobs.engine import DbosEngine, jobs_url
+from lubdub.jobs.forkserver import ForkServer
+from lubdub.jobs.liveness import claim_name, open_locks
+from lubdub.jobs.sandbox import Limits
+from lubdub.jobs.upkeep import Desks, Known, Upkeep
+from lubdub.jobs.work import JobSettings, TaskNames, Workbench
 from lubdub.settings import Settings
 from tests.cases.conftest import girl_of_six
 from tests.web.service import Service, eventually, free_port
 
 PATIENCE_S = 120.0
 """A busy machine starts a worker slowly."""
+ONCE = ["awaiting_scan", "checking", "awaiting_landmarks"]
+"""The states of a case whose check went well, and was done once."""
+Worker = subprocess.Popen[bytes]
 
 
 @dataclass(frozen=True)
@@ -60,10 +77,80 @@ class Desk:
         """How the case stands, whoever owns it."""
         return self.store.get(SYSTEM, case)
 
+    def story(self, case: str) -> list[tuple[str, datetime]]:
+        """All that happened to it and when, in order: its states, and the stages of its jobs."""
+        told = sa.select(CaseEventRow).where(CaseEventRow.case_id == case).order_by(CaseEventRow.sequence)
+        with self.database.reading() as session:
+            return [(_word(event), event.at) for event in session.scalars(told)]
+
     def statuses(self, case: str) -> list[str]:
         """Every state it went through, in order."""
-        events = self.store.events_after(SYSTEM, case, 0)
-        return [event.data["status"] for event in events if event.kind == "status"]
+        return [word for word, _ in self.story(case) if not word.startswith("stage ")]
+
+    def longest_silence(self, case: str) -> timedelta:
+        """Between two things that happened to it, by the clock of who wrote them down."""
+        moments = [at for _, at in self.story(case)]
+        return max(later - earlier for earlier, later in itertools.pairwise(moments))
+
+    def files(self, case: str) -> list[str]:
+        """What it holds."""
+        with self.database.reading() as session:
+            return sorted(session.scalars(sa.select(FileRow.artefact).where(FileRow.case_id == case)))
+
+    def objects(self, case: str) -> list[Path]:
+        """What lies in the store for it, whole and with or without a name in the database."""
+        folder = self.service.settings.data_dir / "files" / case
+        return [path for path in folder.glob("*") if "#" not in path.name]  # a file still being written has one
+
+    def delete(self, case: str) -> None:
+        """As the family wishes."""
+        Privacy(self.database, self.vault).delete(self.actor, case)
+
+    @contextmanager
+    def held(self, case: str) -> Iterator[None]:
+        """Meanwhile nobody else can commit a change of it."""
+        with self.database.writing() as session:
+            session.scalar(sa.select(CaseRow).where(CaseRow.id == case).with_for_update())
+            yield
+
+    @contextmanager
+    def queue(self) -> Iterator[tuple[sa.Connection, sa.TableClause]]:
+        """The queue's own table of jobs, in a transaction; nobody else can change the rows that it changes."""
+        engine = sa.create_engine(jobs_url(self.service.settings.jobs_database))
+        schema = None if self.database.is_sqlite else "dbos"
+        table = sa.table("workflow_status", sa.column("workflow_uuid"), sa.column("completed_at"), schema=schema)
+        with engine.begin() as connection:
+            yield connection, table
+        engine.dispose()
+
+    @contextmanager
+    def unheard(self, job_id: str) -> Iterator[None]:
+        """Meanwhile the queue takes no word of this job, and afterwards what was said is lost with who said it."""
+        with self.queue() as (queue, jobs):
+            queue.execute(jobs.update().where(jobs.c.workflow_uuid == job_id).values(completed_at=None))
+            yield
+            if not self.database.is_sqlite:  # whose server holds the call of a dead process until it can be done
+                waiting = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = current_database()"
+                queue.execute(sa.text(f"{waiting} AND wait_event_type = 'Lock'"))
+
+    def keep_up(self) -> None:
+        """One round of what a worker does beside its jobs, as of one that has just started."""
+        settings, desk = self.service.settings, WorkDesk(self.database, self.vault)
+        bench = Workbench(desk, self.vault, ForkServer(), JobSettings(Limits(), TaskNames(), lambda: None))
+        desks = Desks(desk, Privacy(self.database, self.vault), Sharing(self.database))
+        locks = open_locks(settings.jobs_database, settings.data_dir)
+        known_as = Known(claim_name(locks), "none", {})
+        Upkeep(known_as, bench, desks, settings).run(locks, (), _OneRound())
+        locks.close()
+
+    def crew(self, size: int = 1) -> list[Worker]:
+        """So many living workers and no more, all of them ready."""
+        living = [process for process in self.service.processes if process.poll() is None]
+        for surplus in living[size:]:
+            kill(surplus)
+        started = [self.service.start_worker(on_a_leash=True) for _ in range(size - len(living))]
+        self.says('"a worker is ready"', times=len(self.service.processes))
+        return [*living[:size], *started]
 
     def starts(self, case: str) -> int:
         """How often workers took its job up."""
@@ -85,6 +172,52 @@ class Desk:
     def says(self, words: str, times: int = 1) -> None:
         """Wait until the log has these words so often."""
         eventually(lambda: self.service.log.read_text().count(words) >= times, PATIENCE_S)
+
+
+class _OneRound(threading.Event):
+    def wait(self, timeout: float | None = None) -> bool:
+        self.set()
+        return True
+
+
+def _word(event: CaseEventRow) -> str:
+    return str(event.data["status"]) if event.kind == "status" else f"stage {event.data['stage']}"
+
+
+def kill(worker: Worker) -> None:
+    """It has no chance to put anything in order."""
+    worker.kill()
+    worker.wait()
+
+
+def let_go(worker: Worker) -> None:
+    """What the system does to it when the server that started it is killed."""
+    assert worker.stdin is not None
+    worker.stdin.close()
+
+
+def children_of(pid: int) -> list[int]:
+    """The processes that this one started."""
+    lists = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(child) for found in lists for child in found.read_text().split()]
+
+
+def at_work(worker: Worker) -> list[int]:
+    """The confined children in which a worker's jobs run at this moment."""
+    (warm,) = children_of(worker.pid)
+    return children_of(warm)
+
+
+@contextmanager
+def watched(pid: int) -> Iterator[Callable[[float], bool]]:
+    """Tells whether a process ends within so many seconds; the kernel says when."""
+    end = os.pidfd_open(pid)
+    waiting = select.poll()
+    waiting.register(end, select.POLLIN)
+    try:
+        yield lambda seconds: bool(waiting.poll(seconds * 1000))
+    finally:
+        os.close(end)
 
 
 @contextmanager

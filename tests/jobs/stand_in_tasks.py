@@ -36,11 +36,13 @@ def _obey(order: str, progress: Progress) -> None:
         for step in range(100):
             progress("fit", step / 100)
             time.sleep(float(rest) / 100)
-    elif word == "until":
+    elif word in ("until", "quietly"):
         # Slow the first time, while the named file is not there; quick when the job is done again.
         path = Path(rest)
+        progress("fit", 0.5)
         while not path.exists():
-            progress("fit", 0.5)
+            if word == "until":
+                progress("fit", 0.5)
             time.sleep(0.05)
     elif word == "crash":
         ctypes.string_at(0)

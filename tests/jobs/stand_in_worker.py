@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from lubdub.jobs.work import TaskNames
-from lubdub.jobs.worker import run_worker
-from lubdub.settings import Settings
+from lubdub.jobs.worker import main
 
 if __name__ == "__main__":
-    run_worker(Settings(), TaskNames("tests.jobs.stand_in_tasks:examine", "tests.jobs.stand_in_tasks:locate"))
+    main(TaskNames("tests.jobs.stand_in_tasks:examine", "tests.jobs.stand_in_tasks:locate"))

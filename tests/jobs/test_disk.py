@@ -15,8 +15,7 @@ from lubdub.cases.away import is_away
 from lubdub.cases.database import Database
 from lubdub.cases.files import FileVault
 from lubdub.jobs.patience import patiently
-from tests.jobs.desk import Desk, open_desk
-from tests.jobs.test_faults import ONCE
+from tests.jobs.desk import ONCE, Desk, open_desk
 from tests.web.service import Service, eventually, free_port
 
 SIZE_MB = 4

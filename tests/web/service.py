@@ -15,6 +15,7 @@ from typing import Any
 import httpx
 
 from lubdub.cases import admin
+from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
 from lubdub.settings import Settings
 
 ROOT = Path(__file__).parents[2]
@@ -63,16 +64,22 @@ class Service:
         assert process.poll() is None, self.log.read_text()[-3000:]
         return process
 
-    def start_worker(self) -> subprocess.Popen[bytes]:
+    def start_worker(self, on_a_leash: bool = False) -> subprocess.Popen[bytes]:
+        """on_a_leash: as `lubdub serve` starts it, to end when its standard input closes."""
         numbers = {"LUBDUB_METRICS_PORT": str(self.settings.metrics_port + 1)} if self.settings.metrics_port else {}
-        return self.spawn([sys.executable, "-m", self.worker_module], numbers)
+        command = [sys.executable, "-m", self.worker_module]
+        if on_a_leash:
+            return self.spawn([*command, UNTIL_INPUT_CLOSES], numbers, subprocess.PIPE)
+        return self.spawn(command, numbers)
 
-    def spawn(self, command: list[str], more: Mapping[str, str] | None = None) -> subprocess.Popen[bytes]:
+    def spawn(
+        self, command: list[str], more: Mapping[str, str] | None = None, stdin: int | None = None
+    ) -> subprocess.Popen[bytes]:
         environment = os.environ | self.settings.to_environment()
         environment |= dict(more or {})
         environment |= {"PYTHONPATH": f"{ROOT / 'backend'}{os.pathsep}{ROOT}", "OMP_NUM_THREADS": "1"}
         with self.log.open("ab") as log:
-            process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=log, stderr=log)
+            process = subprocess.Popen(command, env=environment, cwd=ROOT, stdin=stdin, stdout=log, stderr=log)
         self.processes.append(process)
         return process
 
@@ -85,6 +92,8 @@ class Service:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+            if process.stdin is not None:
+                process.stdin.close()
 
     def portal(self, name: str = "clinic", scopes: tuple[str, ...] = ("cases:read", "cases:write")) -> Portal:
         _, token = admin.create_key(self.settings.database, name, scopes)

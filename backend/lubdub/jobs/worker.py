@@ -71,8 +71,15 @@ def work_on_case(job_id: str, request_id: str = "") -> None:
         threading.Event().wait()  # killed by our own stop: it must not count as done
 
 
+def main(tasks: TaskNames | None = None) -> None:
+    """Entry of the process that a server starts beside itself. tasks: other functions to run, for tests."""
+    if UNTIL_INPUT_CLOSES in sys.argv:
+        threading.Thread(target=_stop_with_parent, daemon=True).start()
+    run_worker(Settings(), tasks)
+
+
 def run_worker(settings: Settings, tasks: TaskNames | None = None) -> None:
-    """Run a worker until it is told to stop (SIGTERM, Ctrl-C). tasks: other functions to run, for tests.
+    """Run a worker until it is told to stop (SIGTERM, Ctrl-C).
 
     Ends the process with a sentence when database, files or key cannot be used.
     """
@@ -149,6 +156,4 @@ def _stop_with_parent() -> None:
 
 
 if __name__ == "__main__":
-    if UNTIL_INPUT_CLOSES in sys.argv:
-        threading.Thread(target=_stop_with_parent, daemon=True).start()
-    run_worker(Settings())
+    main()
