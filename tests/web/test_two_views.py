@@ -60,24 +60,32 @@ def test_a_change_at_one_process_is_told_by_the_other(service: Service, view: Se
         assert heard(lines)["version"] != before["version"]
 
 
+def looking(view: Service, family: Family, case: str) -> Any:
+    """A connection to the case's live view, as viser's page makes it."""
+    return websockets.connect(
+        view.address.replace("http", "ws") + f"/view/{case}",
+        origin=view.settings.address,  # type: ignore[arg-type]
+        additional_headers={"Cookie": "; ".join(f"{k}={v}" for k, v in family.http.cookies.items())},
+        subprotocols=[Subprotocol(CURRENT)],
+        max_size=None,
+    )
+
+
+async def until_closed(socket: Any) -> None:
+    async for _ in socket:
+        pass
+
+
 def test_a_body_deleted_at_one_process_is_gone_from_the_screen_of_the_other(view: Service, family: Family) -> None:
     case = family.confirmed()
     with at(view, family) as there:
         assert there.get(f"/view/{case}/").status_code == 200
 
         async def watch() -> int | None:
-            async with websockets.connect(
-                view.address.replace("http", "ws") + f"/view/{case}",
-                origin=view.settings.address,  # type: ignore[arg-type]
-                additional_headers={"Cookie": "; ".join(f"{k}={v}" for k, v in family.http.cookies.items())},
-                subprotocols=[Subprotocol(CURRENT)],
-                max_size=None,
-            ) as socket:
+            async with looking(view, family, case) as socket:
                 await asyncio.wait_for(socket.recv(), 20)
                 await asyncio.to_thread(family.post, f"/cases/{case}/remove", sure="yes")
-                async with asyncio.timeout(20):
-                    async for _ in socket:
-                        pass
+                await asyncio.wait_for(until_closed(socket), 20)
                 return socket.close_code
 
         assert asyncio.run(watch()) is not None
@@ -132,3 +140,27 @@ def test_a_full_view_process_says_when_to_come_back() -> None:
         live_answer(request, full)
     assert told.value.status_code == 503
     assert int(dict(told.value.headers or {})["Retry-After"]) > 0
+
+
+def test_a_view_process_that_is_killed_comes_back_with_the_picture_and_every_mark(
+    view: Service, family: Family
+) -> None:
+    case = family.confirmed()
+    (process,) = view.processes
+
+    async def watch() -> None:
+        async with looking(view, family, case) as socket:
+            await asyncio.wait_for(socket.recv(), 20)
+            await asyncio.to_thread(family.post, f"/cases/{case}/points", action="skip")
+            process.kill()
+            with pytest.raises(websockets.ConnectionClosedError):
+                await asyncio.wait_for(until_closed(socket), 20)
+        await asyncio.to_thread(view.start_web)
+        await asyncio.to_thread(there.get, f"/view/{case}/")
+        async with looking(view, family, case) as again:
+            await asyncio.wait_for(again.recv(), 20)
+
+    with at(view, family) as there:
+        assert there.get(f"/view/{case}/").status_code == 200
+        asyncio.run(watch())
+    assert len(family.marks(case)["skipped"]) == 1

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import socket
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import httpx
@@ -53,40 +55,58 @@ def test_a_scan_in_pieces_is_examined_like_one_in_one_piece(portal: Portal) -> N
     assert problem_of_head.status_code == 404
 
 
-def test_an_upload_goes_on_after_the_service_was_restarted(service: Service, portal: Portal) -> None:
-    case = portal.open_case()
-    path = path_of(begin(portal, case, 5))
+@contextmanager
+def half_sent(portal: Portal, method: str, path: str, **headers: str) -> Iterator[socket.socket]:
+    """A call the service is at work on: it has asked for the body, and was sent 700 kB of 2 MB."""
+    said = {
+        "Host": "127.0.0.1",
+        "Authorization": portal.http.headers["authorization"],
+        "Content-Length": "2000000",
+        "Expect": "100-continue",
+    }
+    lines = [f"{method} /api/v1{path} HTTP/1.1", *(f"{key}: {value}" for key, value in (said | headers).items())]
+    with socket.create_connection(("127.0.0.1", int(portal.http.base_url.port or 80))) as line:
+        line.sendall("\r\n".join([*lines, "", ""]).encode())
+        assert line.recv(1000).startswith(b"HTTP/1.1 100")
+        line.sendall(b"x" * 700_000)
+        yield line
+
+
+def half_a_piece(portal: Portal, path: str, offset: int) -> AbstractContextManager[socket.socket]:
+    return half_sent(portal, "PATCH", path, **SPOKEN, **{"Upload-Offset": str(offset), "Content-Type": PIECE})
+
+
+def test_what_was_on_its_way_when_the_service_was_killed_is_not_half_taken_and_can_be_sent_again(
+    service: Service, portal: Portal
+) -> None:
+    in_pieces, at_once = portal.open_case(), portal.open_case()
+    path = path_of(begin(portal, in_pieces, 2_000_003))
     piece(portal, path, 0, b"qui")
     web = service.processes[0]
-    web.kill()
-    web.wait()
+    with half_a_piece(portal, path, 3), half_sent(portal, "PUT", f"/cases/{at_once}/scan"):
+        web.kill()
+        web.wait()
     service.processes.remove(web)
     service.start_web()
     assert stands_at(portal, path) == 3
-    piece(portal, path, 3, b"ck")
-    portal.wait(case, "awaiting_landmarks")
+    piece(portal, path, 3, b"ck\n".ljust(2_000_000))
+    assert portal.state(at_once)["status"] == "awaiting_scan"
+    portal.send(at_once, b"quick")
+    for case in (in_pieces, at_once):
+        portal.wait(case, "awaiting_landmarks")
 
 
-def test_what_came_before_the_network_broke_stays(service: Service, portal: Portal) -> None:
+def test_what_came_before_the_network_broke_stays_and_the_rest_follows(portal: Portal) -> None:
     case = portal.open_case()
-    path = path_of(begin(portal, case, 2_000_000))
-    half = b"x" * 700_000
-    lines = [
-        f"PATCH /api/v1{path} HTTP/1.1",
-        "Host: 127.0.0.1",
-        f"Authorization: {portal.http.headers['authorization']}",
-        "Tus-Resumable: 1.0.0",
-        "Upload-Offset: 0",
-        f"Content-Type: {PIECE}",
-        "Content-Length: 2000000",
-        "",
-        "",
-    ]
-    with socket.create_connection(("127.0.0.1", int(service.settings.address.rsplit(":", 1)[1]))) as line:
-        line.sendall("\r\n".join(lines).encode() + half)
+    path = path_of(begin(portal, case, 2_000_006))
+    piece(portal, path, 0, b"quick\n")
+    with half_a_piece(portal, path, 6) as line:
         line.shutdown(socket.SHUT_WR)
         assert line.recv(1) == b""
-    assert eventually(lambda: stands_at(portal, path)) == 700_000
+    there = eventually(lambda: (at := stands_at(portal, path)) > 6 and at)
+    assert there <= 700_006
+    piece(portal, path, there, b"x" * (2_000_006 - there))
+    portal.wait(case, "awaiting_landmarks")
 
 
 def test_a_piece_must_begin_where_the_upload_ends(portal: Portal) -> None:
