@@ -221,3 +221,12 @@ def test_everything_the_image_is_made_of_is_let_into_it() -> None:
     for source in " ".join(copied).split():
         assert (ROOT / source).exists()
         assert any(source == one or source.startswith(f"{one}/") for one in let_in), source
+
+
+def test_neither_tests_nor_history_nor_tools_get_into_the_image() -> None:
+    rules = (DEPLOY / "Dockerfile.dockerignore").read_text().split()
+    let_in = {rule[1:] for rule in rules if rule.startswith("!")}
+    assert rules[0] == "*"
+    assert rules[-1] == "**/.*"
+    assert {one for one in let_in if re.match(r"tests|requirements-(dev|benchmark|make)|\.|lubdub$", one)} == set()
+    assert "requirements-dev" not in (DEPLOY / "Dockerfile").read_text()
