@@ -30,6 +30,7 @@ STREAMS = Gauge("lubdub_event_streams_open", "Pages and programs that listen to 
 VIEWS = Gauge("lubdub_views_open", "Live views of this process.", ["kind"])
 UPLOAD_BYTES = Counter("lubdub_upload_bytes", "Bytes of scans that came in.")
 REFUSED = Counter("lubdub_refused_calls", "Calls refused before they were looked at.", ["why"])
+TOLD = Counter("lubdub_problems", "Callers who were told that something cannot be, by its kind.", ["kind"])
 FAULTS = Counter("lubdub_faults", "Errors of ours, by where they came from.", ["where"])
 READY = Gauge("lubdub_ready", "1 when the check of /readyz passed.", ["check"])
 
@@ -144,7 +145,7 @@ def watch_database(database: Database) -> None:
 def described() -> list[tuple[str, str, list[str]]]:
     """Name, meaning and labels of every number, for the operations page."""
     kept: list[Counter | Gauge | Histogram] = [
-        *(REQUESTS, REQUEST_SECONDS, SOCKETS, STREAMS, VIEWS, UPLOAD_BYTES, REFUSED, FAULTS, READY),
+        *(REQUESTS, REQUEST_SECONDS, SOCKETS, STREAMS, VIEWS, UPLOAD_BYTES, REFUSED, TOLD, FAULTS, READY),
         *(JOBS, JOB_SECONDS, STAGE_SECONDS, VERDICTS, CHILD_ENDS, WEBHOOK_TRIES),
     ]
     ends = {Counter: "_total", Histogram: "_bucket"}

@@ -17,6 +17,7 @@ from lubdub.web.desk_common import SIGN_IN, role_words, show
 from lubdub.web.desk_join import password_faults
 from lubdub.web.pages_common import FormDep, as_typed, go, said
 from lubdub.web.pages_look import gettext_of
+from lubdub.web.problems import note_problem
 
 ACCOUNT = "/desk/account"
 
@@ -63,12 +64,13 @@ def _current_faults(request: Request, session: ClinicianSession, current: str, s
     if not session.clinician.has_password:
         return {}
     try:
-        is_it = staff.credentials.knows_password(session.clinician, current)
+        if staff.credentials.knows_password(session.clinician, current):
+            return {}
     except TooManyTries:
+        note_problem("too-many-requests")
         return {"current": _("Too many tries. Wait 15 minutes, then try again.")}
-    return (
-        {} if is_it else {"current": _("This is not your password. If you forgot it, ask an administrator for a link.")}
-    )
+    note_problem("not-signed-in")
+    return {"current": _("This is not your password. If you forgot it, ask an administrator for a link.")}
 
 
 def _password_page(request: Request, session: ClinicianSession, secret: str, errors: dict[str, str]) -> Response:

@@ -13,7 +13,7 @@ from lubdub.web.guard import own_path
 from lubdub.web.oidc import CALLBACK, Login
 from lubdub.web.pages_common import go
 from lubdub.web.pages_look import gettext_of
-from lubdub.web.problems import Problem
+from lubdub.web.problems import Problem, note_problem
 
 router = APIRouter(include_in_schema=False)
 
@@ -34,6 +34,7 @@ def finish(request: Request, browser: VisitorDep, held: ServicesDep) -> Response
         done = Login(held.settings, held.staff.passkeys.take_challenge(browser.token)).finish(request.query_params)
         who = held.staff.logins.find(done.vouched)
     except SignInRefused:
+        note_problem("not-signed-in")
         _ = gettext_of(request)
         refused = _("That login opens no account here. Ask an administrator for a link.")
         return sign_in_page(request, browser, HOME, {"email": refused}, "")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Request
-from fastapi.responses import Response
+from fastapi.responses import RedirectResponse, Response
 
 from lubdub.cases.desk_values import Clinician, How
 from lubdub.cases.errors import SignInRefused, TooManyTries
@@ -22,7 +22,11 @@ from lubdub.web.desk_common import HOME, SIGN_IN, device_of
 from lubdub.web.guard import Visitor, desk_cookie, new_visitor, own_path
 from lubdub.web.pages_common import FormDep, as_typed, go, said
 from lubdub.web.pages_look import gettext_of, render
+from lubdub.web.problems import note_problem
 from lubdub.web.services import Services
+
+CLEARED = {"Clear-Site-Data": '"storage"'}
+"""Tells the browser to forget what pages kept. The pages themselves are kept by nobody; a family's cookie stays."""
 
 router = APIRouter(include_in_schema=False)
 
@@ -50,9 +54,11 @@ def signed_in(request: Request, browser: VisitorDep, form: FormDep, held: Servic
     try:
         who, how = held.staff.credentials.sign_in(email, as_typed(form, "password"), said(form, "code"), address)
     except SignInRefused:
+        note_problem("not-signed-in")
         wrong = _("E-mail, password and code do not fit together. Try again with the next code of your app.")
         return sign_in_page(request, browser, back, {"email": wrong}, email)
     except TooManyTries:
+        note_problem("too-many-requests")
         return sign_in_page(
             request, browser, back, {"email": _("Too many tries. Wait 15 minutes, then try again.")}, email
         )
@@ -65,7 +71,7 @@ def sign_out(request: Request, session: ClinicianDep, staff: StaffDep, held: Ser
     """The session is over at once, here and on the server."""
     staff.sessions.end(session.clinician, session.id)
     request.state.set_cookie = desk_cookie(held.settings, new_visitor())
-    return go(SIGN_IN)
+    return RedirectResponse(SIGN_IN, 303, CLEARED)
 
 
 def open_session(request: Request, held: Services, who: Clinician, how: How) -> None:
