@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.journeys.steps import leads_on, stands
-from tests.web.desk import new_account, staff_of
+from tests.web.desk import grow_old, new_account, staff_of
 from tests.web.service import Service
 
 pytestmark = pytest.mark.browser
@@ -53,7 +53,8 @@ def test_a_passkey_makes_the_account_and_opens_it_again(quick: Service, desk_pag
     passkey.click()
     expect(page.locator("#passkey-fault")).to_contain_text("Type your name")
     page.get_by_label("Your name").fill("Bo Sun")
-    page.get_by_label("E-mail").fill(f"bo-{page.viewport_size['width'] if page.viewport_size else 0}@harbour.example")
+    email = f"bo-{page.viewport_size['width'] if page.viewport_size else 0}@harbour.example"
+    page.get_by_label("E-mail").fill(email)
     passkey.click()
     page.wait_for_url(re.compile("/desk$"))
     expect(page.get_by_text("Harbour House")).to_be_visible()
@@ -89,7 +90,22 @@ def test_a_passkey_makes_the_account_and_opens_it_again(quick: Service, desk_pag
     page.get_by_role("button", name="Sign in with a passkey").click()
     page.wait_for_url(re.compile("/desk/account$"))
     expect(page.get_by_text("Bo Sun").first).to_be_visible()
+    asked_again(quick, page, email)
     family_arrives(page, invited.split("\n")[1])
+
+
+def asked_again(quick: Service, page: Page, email: str) -> None:
+    """Too long after signing in, one more passkey asks for the one there is, and leads back."""
+    with staff_of(quick.settings) as (staff, _database):
+        who = staff.clinicians.find(email)
+    assert who is not None
+    grow_old(quick, who)
+    page.get_by_role("button", name="Add a passkey").click()
+    page.wait_for_url(re.compile(r"/desk/sign-in\?again=1"))
+    expect(page.get_by_text("Sign in once more")).to_be_visible()
+    stands(page)
+    page.get_by_role("button", name="Sign in with a passkey").click()
+    page.wait_for_url(re.compile("/desk/account$"))
 
 
 def family_arrives(page: Page, link: str) -> None:

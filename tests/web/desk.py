@@ -9,17 +9,22 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from datetime import timedelta
 
 import httpx
+import sqlalchemy as sa
 
+from lubdub.cases.clock import now
 from lubdub.cases.credentials import code_at, new_recovery_codes, new_secret
 from lubdub.cases.database import Database
 from lubdub.cases.desk_values import Clinician, ClinicianSession, Joining, Role
 from lubdub.cases.files import FileVault
+from lubdub.cases.models_desk import ClinicianSessionRow
 from lubdub.cases.people import People
 from lubdub.cases.staff import Staff, Times, open_staff
 from lubdub.cases.values import Actor
 from lubdub.settings import Settings
+from lubdub.web.deps_desk import FRESH
 from lubdub.web.guard import desk_cookie_name
 from tests.web.service import Service
 
@@ -68,6 +73,13 @@ def signed_in(service: Service, role: Role = "clinician", organisation: str = "H
         desk.session = staff.sessions.open(account.clinician, "password", "test")
     desk.http.cookies.set(desk_cookie_name(service.settings), desk.session.token)
     return desk
+
+
+def grow_old(service: Service, clinician: Clinician) -> None:
+    """Somebody's sessions began a little too long ago for changing how to sign in."""
+    with staff_of(service.settings) as (_staff, database), database.writing() as session:
+        mine = sa.update(ClinicianSessionRow).where(ClinicianSessionRow.clinician_id == clinician.id)
+        session.execute(mine.values(created_at=now() - FRESH - timedelta(seconds=1)))
 
 
 @dataclass

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import time
-from datetime import timedelta
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-import sqlalchemy as sa
 
-from lubdub.cases.clock import now
 from lubdub.cases.credentials import code_at
-from lubdub.cases.models_desk import ClinicianSessionRow
-from lubdub.web.deps_desk import FRESH
-from tests.web.desk import PASSWORD, Account, Desk, hidden, new_account, staff_of
+from tests.web.desk import PASSWORD, Account, Desk, grow_old, hidden, new_account
 from tests.web.service import Service
 from tests.web.test_desk import sign_in
 
@@ -31,10 +26,7 @@ def long_signed_in(service: Service) -> tuple[Desk, Account]:
     """A browser in which somebody signed in a little too long ago."""
     account, desk = new_account(service), Desk(service)
     sign_in(desk, account, code=account.codes[0])
-    early = now() - FRESH - timedelta(seconds=1)
-    with staff_of(service.settings) as (_staff, database), database.writing() as session:
-        mine = sa.update(ClinicianSessionRow).where(ClinicianSessionRow.clinician_id == account.clinician.id)
-        session.execute(mine.values(created_at=early))
+    grow_old(service, account.clinician)
     desk.http.follow_redirects = False
     return desk, account
 
