@@ -18,13 +18,15 @@ CHANGES = {
     "POST /desk/account/passkeys/remove": "/desk/account",
     "GET /desk/account/password": "/desk/account/password",
     "POST /desk/account/password": "/desk/account",
+    "POST /desk/people/invite": "/desk/people",
+    "POST /desk/people/renew": "/desk/people",
 }
-"""Each call that changes how one signs in -> the page to which signing in again leads back."""
+"""Each call that changes how one, or somebody else, signs in -> the page to which signing in again leads back."""
 
 
 def long_signed_in(service: Service) -> tuple[Desk, Account]:
     """A browser in which somebody signed in a little too long ago."""
-    account, desk = new_account(service), Desk(service)
+    account, desk = new_account(service, "administrator"), Desk(service)
     sign_in(desk, account, code=account.codes[0])
     grow_old(service, account.clinician)
     desk.http.follow_redirects = False

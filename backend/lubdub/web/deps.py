@@ -4,9 +4,9 @@ Pages: `FamilyDep` (makes the session when there is none; the cookie is set on w
 (the family's own case of the path's `case_id`, else 404), `FormGuard` (put it in the route's `dependencies` of
 every form), `csrf_token(family)` for the form's hidden field `csrf_token`.
 The desk: `ClinicianDep` (who is signed in; else pages lead to the sign-in page, scripts and sockets get 401),
-`FreshClinicianDep` (who signed in just now; else to the sign-in page and back), `LeadDep`, `AdministratorDep` or
-`role(...)` (the same with at least that role, else 403), `DeskGuard` (in the `dependencies` of everything that
-changes), `VisitorDep` and `VisitorGuard` for pages before signing in.
+`FreshClinicianDep`, or `FreshSignIn` in the `dependencies` (who signed in just now; else to the sign-in page and back),
+`LeadDep`, `AdministratorDep` or `role(...)` (the same with at least that role, else 403), `DeskGuard` (in the
+`dependencies` of everything that changes), `VisitorDep` and `VisitorGuard` for pages before signing in.
 REST: `ReaderDep`, `WriterDep` (the actor: a portal's key with the scope, or a family's own session); for what only
 portals have `KeyManagerDep`, `WebhookManagerDep`, `PortalReaderDep`,
 `PortalWriterDep`.
@@ -29,6 +29,7 @@ from lubdub.web.deps_desk import (
     ClinicianDep,
     DeskGuard,
     FreshClinicianDep,
+    FreshSignIn,
     KnownClinicianDep,
     LeadDep,
     VisitorDep,
@@ -75,6 +76,7 @@ __all__ = [
     "FilesDep",
     "FormGuard",
     "FreshClinicianDep",
+    "FreshSignIn",
     "KeyManagerDep",
     "KeysDep",
     "KnownClinicianDep",

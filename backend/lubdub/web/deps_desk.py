@@ -51,6 +51,7 @@ def fresh_clinician(session: ClinicianDep) -> ClinicianSession:
 
 
 FreshClinicianDep = Annotated[ClinicianSession, Depends(fresh_clinician)]
+FreshSignIn = Depends(fresh_clinician)
 
 
 def role(least: Role) -> Any:

@@ -72,10 +72,11 @@ def is_desk(connection: HTTPConnection) -> bool:
     return path == HOME or path.startswith(f"{HOME}/")
 
 
-def to_sign_in_again(request: Request, otherwise: str) -> Response:
-    """To the sign-in page for somebody who is in, and back to where one was, if that was a page; else to another."""
-    back = request.url.path if request.method in SAFE_METHODS else otherwise
-    return go(f"{SIGN_IN}?{urlencode({'again': 1, 'back': back})}")
+def to_sign_in_again(request: Request, pages: tuple[str, ...]) -> Response:
+    """To the sign-in page for somebody who is in, and back to where one was; of a form, to the page it stands on."""
+    path = request.url.path
+    page = next((page for page in pages if path.startswith(f"{page}/")), HOME)
+    return go(f"{SIGN_IN}?{urlencode({'again': 1, 'back': path if request.method in SAFE_METHODS else page})}")
 
 
 def to_sign_in(request: Request) -> Response:

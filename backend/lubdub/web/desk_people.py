@@ -8,7 +8,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from lubdub.cases.desk_values import ROLES, ClinicianSession, Role
-from lubdub.web.deps import AdministratorDep, DeskGuard, ServicesDep, StaffDep
+from lubdub.web.deps import AdministratorDep, DeskGuard, FreshSignIn, ServicesDep, StaffDep
 from lubdub.web.desk_common import role_words, show
 from lubdub.web.desk_join import JOIN
 from lubdub.web.pages_common import FormDep, go, said
@@ -26,7 +26,7 @@ def people(request: Request, session: AdministratorDep, held: ServicesDep) -> Re
     return _page(request, session, held)
 
 
-@router.post(f"{PEOPLE}/invite", dependencies=[DeskGuard])
+@router.post(f"{PEOPLE}/invite", dependencies=[DeskGuard, FreshSignIn])
 def invite(request: Request, session: AdministratorDep, form: FormDep, held: ServicesDep) -> Response:
     """A link for a colleague, shown this once."""
     offered = held.staff.invitations.offer(session.actor, _role(said(form, "role")))
@@ -40,7 +40,7 @@ def uninvite(session: AdministratorDep, form: FormDep, staff: StaffDep) -> Respo
     return go(PEOPLE)
 
 
-@router.post(f"{PEOPLE}/renew", dependencies=[DeskGuard])
+@router.post(f"{PEOPLE}/renew", dependencies=[DeskGuard, FreshSignIn])
 def renew(request: Request, session: AdministratorDep, form: FormDep, held: ServicesDep) -> Response:
     """A link by which a colleague gets new ways to sign in, shown this once."""
     offered = held.staff.invitations.offer_renewal(session.actor, said(form, "clinician"))

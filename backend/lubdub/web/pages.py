@@ -101,7 +101,7 @@ def error_page(request: Request, problem: Problem) -> Response:
     if problem.kind == "not-signed-in" and is_desk(request):
         return to_sign_in(request)
     if problem.kind == "sign-in-again":
-        return to_sign_in_again(request, desk_account.ACCOUNT)
+        return to_sign_in_again(request, (desk_account.ACCOUNT, desk_people.PEOPLE))
     _ = gettext_of(request)
     heading, message = _words(problem, _)
     case_id = request.path_params.get("case_id")
