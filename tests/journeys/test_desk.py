@@ -14,7 +14,7 @@ from tests.web.service import Service
 
 pytestmark = pytest.mark.browser
 
-SIZES = {"desk": (1280, 800), "tablet": (820, 1180)}
+SIZES = {"desk": (1280, 800), "phone": (390, 844)}
 
 
 @pytest.fixture(params=sorted(SIZES))
@@ -64,6 +64,8 @@ def test_a_passkey_makes_the_account_and_opens_it_again(quick: Service, desk_pag
         "/desk/account/password",
         "/desk/families",
         "/desk/audit?check=true",
+        "/desk/holds",
+        "/desk/references",
         "/desk/people",
     ):
         page.goto(path)

@@ -51,6 +51,15 @@ def test_a_clean_case_is_signed_in_six_actions(room: Room, product: Service) -> 
     assert actions <= MOST_ACTIONS
     page.goto(f"/desk/cases/{case}")
     expect(page.get_by_text("Signed: Dr Clinician")).to_be_visible()
+    on_a_phone = room.window("phone")
+    on_a_phone.goto(f"/desk/cases/{case}")
+    picture, beside = (on_a_phone.locator(part).bounding_box() for part in ("#frame", "#panel"))
+    assert picture is not None
+    assert beside is not None
+    assert picture["width"] > 340
+    assert beside["width"] > 340
+    assert beside["y"] > picture["y"] + picture["height"]
+    stands(on_a_phone)
 
 
 def test_an_area_is_dragged_seen_beside_where_it_was_and_put_back(room: Room, product: Service) -> None:
