@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import sqlalchemy as sa
 
@@ -27,7 +28,7 @@ from lubdub.cases.values import SYSTEM, Actor, Case, Job
 from lubdub.cases.work import WorkDesk
 from lubdub.jobs.engine import DbosEngine, jobs_url
 from lubdub.jobs.forkserver import ForkServer
-from lubdub.jobs.liveness import claim_name, open_locks
+from lubdub.jobs.liveness import open_locks
 from lubdub.jobs.sandbox import Limits
 from lubdub.jobs.upkeep import Desks, Known, Upkeep
 from lubdub.jobs.work import JobSettings, TaskNames, Workbench
@@ -133,14 +134,25 @@ class Desk:
                 waiting = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = current_database()"
                 queue.execute(sa.text(f"{waiting} AND wait_event_type = 'Lock'"))
 
-    def keep_up(self) -> None:
-        """One round of what a worker does beside its jobs, as of one that has just started."""
+    def keep_up(self, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """One round of what a worker does beside its jobs, as of one that has just started.
+
+        meanwhile: what comes between its look at the queue and its hand on a dead worker's name.
+        """
         settings, desk = self.service.settings, WorkDesk(self.database, self.vault)
         bench = Workbench(desk, self.vault, ForkServer(), JobSettings(Limits(), TaskNames(), lambda: None))
         desks = Desks(desk, Privacy(self.database, self.vault), Sharing(self.database))
         locks = open_locks(settings.jobs_database, settings.data_dir)
-        known_as = Known(claim_name(locks), "none", {})
-        Upkeep(known_as, bench, desks, settings).run(locks, (), _OneRound())
+        take, own_name = locks.try_take, "worker-beside"
+        assert take(own_name)
+        upkeep = Upkeep(Known(own_name, "none", {}), bench, desks, settings)
+
+        def try_late(name: str) -> bool:
+            meanwhile()
+            return take(name)
+
+        with patch.object(locks, "try_take", try_late):
+            upkeep.run(locks, (), _OneRound())
         locks.close()
 
     def crew(self, size: int = 1) -> list[Worker]:

@@ -44,11 +44,14 @@ def test_a_job_whose_worker_is_killed_is_finished_once_after_restart(desk: Desk)
 
 def test_a_job_of_a_dead_worker_is_taken_over_by_a_living_one_within_ten_seconds(desk: Desk) -> None:
     workers = desk.crew(2)
-    case = desk.send()
+    case, job = desk.receive()
+    desk.engine.submit(job)
     desk.wait_until_at_work(case)
     (busy,) = (worker for worker in workers if at_work(worker))
-    desk.gate.touch()
     kill(busy)
+    desk.keep_up(meanwhile=lambda: desk.wait_until_at_work(case, start=2))
+    assert desk.engine.states([job.id]) == {job.id: "running"}, "who comes too late leaves it to the other one"
+    desk.gate.touch()
     desk.wait_until_examined(case)
     assert desk.longest_silence(case) < timedelta(seconds=10)
     assert (desk.starts(case), desk.statuses(case), desk.files(case)) == (2, ONCE, EXAMINED)
