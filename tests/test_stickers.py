@@ -89,7 +89,36 @@ def test_one_sticker_is_used_and_the_other_bone_still_asked_for() -> None:
     assert result_json(outcome)["stickers"]["found"] == ["suprasternal_notch"]
 
 
-def test_colour_without_stickers_changes_nothing() -> None:
+def nipples(of: PaintedScan) -> list[tuple[float, float]]:
+    """(off, doubt) in mm of each suggested nipple, when nobody marked anything."""
+    seen = examine(bodies.write_textured_glb(of.scan.surface, of.colouring), Request(MAN), library())
+    in_file = seen.scan.body_from_file.inverse()
+    return [
+        (float(np.linalg.norm(in_file.apply(mark.position) - of.scan.landmarks[name])), mark.uncertainty_mm)
+        for name, mark in seen.suggested.items()
+        if name.startswith("nipple")
+    ]
+
+
+def test_areolas_that_show_bring_the_suggested_nipples_to_them() -> None:
+    pictures = tuple(
+        np.repeat(one.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8) for one in scan().colouring.pictures
+    )
+    grey = replace(scan(), colouring=replace(scan().colouring, pictures=pictures))
+    for (off, doubt), (off_by_shape, doubt_by_shape) in zip(nipples(scan()), nipples(grey), strict=True):
+        assert off < 4.0 < off_by_shape
+        assert off < doubt < doubt_by_shape
+
+
+def test_only_what_colours_can_still_find_is_read_from_them() -> None:
+    of = scan()
+    soft = {name: of.scan.landmarks[name] for name in ("navel", "nipple_left", "nipple_right")}
+    assert prepare(of.raw, "mm", {}).tint is not None
+    assert prepare(of.raw, "mm", soft).tint is None
+    assert prepare(replace(of.raw, colouring=None), "mm", {}).tint is None
+
+
+def test_colour_without_stickers_changes_nothing_that_was_marked() -> None:
     bare = painted(stuck=())
     coloured = run(bare, tuple(bare.scan.landmarks))
     without = replace(bare.colouring, picture=np.full(len(bare.scan.surface.triangles), -1, np.int8))

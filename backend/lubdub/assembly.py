@@ -24,7 +24,7 @@ from lubdub.geometry.stickers import STICKERS
 from lubdub.judging.measures import StrainSettings, chest_coverage
 from lubdub.judging.reasons import LIE_UNCLEAR
 from lubdub.judging.verdict import Evidence, Gates
-from lubdub.landmarks import places
+from lubdub.landmarks import patches, places, tint
 from lubdub.landmarks.check import LandmarkLimits
 from lubdub.landmarks.stickers import StickerSettings
 from lubdub.landmarks.suggest import SuggestionSettings
@@ -147,6 +147,7 @@ def constants() -> str:
             STICKERS,
             SuggestionSettings(),
             (places.PLACES, places.NAVEL, places.NIPPLE),
+            (patches.SETTINGS, tint.SETTINGS),
             StrainSettings(),
             Gates(),
         )

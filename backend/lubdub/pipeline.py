@@ -23,7 +23,7 @@ from lubdub.results import (
 )
 from lubdub.scans.check import check_scan
 from lubdub.scans.read import read_scan
-from lubdub.stickers import check_order, prepare
+from lubdub.stickers import Prepared, check_order, prepare
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def examine(data: bytes, request: Request, library: Library, progress: Progress 
         ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
     try:
         with clock("clean"):
-            laid = stages.lay_down(ready.scan, ready.marked, library.basis, request.patient, ready.by_sticker)
+            laid = _laid(ready, request, library)
         with clock("fit"):
             chest = stages.understand(laid, request.patient, "lubdub", library)
         examination = assembly.examined(chest, library.basis.data_weight)
@@ -73,7 +73,7 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
         with clock("clean"):
             ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
             scan = ready.scan
-            laid = stages.lay_down(scan, ready.marked, library.basis, request.patient, ready.by_sticker)
+            laid = _laid(ready, request, library)
             warnings = (*ready.warnings, *check_scan(laid.scan), *stages.check(laid, request.patient))
         with clock("fit"):
             chest = stages.understand(laid, request.patient, request.method, library)
@@ -89,3 +89,7 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
         return assembly.refused(refusal.reason, scan, provenance, clock)
     outcome = assembly.outcome(chest, located, areas, evidence, judged, provenance, clock)
     return replace(outcome, stickers=ready.proof)
+
+
+def _laid(ready: Prepared, request: Request, library: Library) -> stages.Laid:
+    return stages.lay_down(ready.scan, ready.marked, library.basis, request.patient, ready.by_sticker, ready.tint)

@@ -15,6 +15,7 @@ from lubdub.fitting.pose import find_pose
 from lubdub.fitting.refine import refine
 from lubdub.fitting.shape import Pose, Pull, ShapeFitSettings, Span, Target, carried, fit_shape
 from lubdub.fitting.starts import End, best_end, ended, sized_starts, start_from
+from lubdub.geometry.colour import Tint
 from lubdub.geometry.frames import Similarity, body_axes
 from lubdub.geometry.neighbours import SurfaceFinder
 from lubdub.geometry.raycast import SkinCaster
@@ -93,13 +94,14 @@ class LieUnclear(ScanRefused):
 class Laid:
     """A scan in the body frame, the given landmarks in it, and where a shape fit should start.
 
-    by_sticker: those of the landmarks that printed stickers gave.
+    by_sticker: those of the landmarks that printed stickers gave; tint: the skin's colours, if any.
     """
 
     scan: CleanScan
     given: Mapping[LandmarkName, np.ndarray]
     start: Pose
     by_sticker: frozenset[LandmarkName] = frozenset()
+    tint: Tint | None = None
 
 
 def lay_down(
@@ -108,17 +110,18 @@ def lay_down(
     basis: ShapeBasis,
     patient: Patient,
     by_sticker: frozenset[LandmarkName] = frozenset(),
+    tint: Tint | None = None,
 ) -> Laid:
     """Turn a scan into the body frame: by its landmarks, or by its shape when they do not suffice.
 
-    in_file: landmarks in the file's coordinates; by_sticker: those of them that printed stickers gave.
+    in_file: landmarks in the file's coordinates; by_sticker: those of them that printed stickers gave; tint: for later.
     Raises LieUnclear when no turn explains the scan, ScanRefused when the landmarks contradict it.
     """
     clicked = {name: scan.body_from_file.apply(np.asarray(place, float)) for name, place in in_file.items()}
     if can_frame(clicked):
         move = frame_from_landmarks(clicked, scan.points, scan.normals)
         given = {name: move.apply(place) for name, place in clicked.items()}
-        return Laid(scan.moved(move), given, start_from(given, basis), by_sticker)
+        return Laid(scan.moved(move), given, start_from(given, basis), by_sticker, tint)
     found = find_pose(scan, basis, sternum=expected_sternum(patient))
     rotation = found.pose.body_from_basis.rotation.T
     move = Similarity(1.0, rotation, -rotation @ found.fit.landmarks["suprasternal_notch"])
@@ -127,7 +130,8 @@ def lay_down(
     if found.margin < _margin_needed(patient, found.fit):
         raise LieUnclear(reasons.ORIENTATION_UNKNOWN, move)
     start = Pose(move.after(found.pose.body_from_basis), found.pose.coefficients)
-    return Laid(scan.moved(move), {name: move.apply(place) for name, place in clicked.items()}, start, by_sticker)
+    given = {name: move.apply(place) for name, place in clicked.items()}
+    return Laid(scan.moved(move), given, start, by_sticker, tint)
 
 
 def _margin_needed(patient: Patient, fit: Fit) -> float:
@@ -155,7 +159,7 @@ def understand(laid: Laid, patient: Patient, method: MethodName, library: Librar
     chest = _straightened(Chest(laid.scan, given, patient, _age(patient, given, end.fit)), end, laid.given)
     if len(given) == len(LANDMARK_NAMES):
         return chest
-    suggested = suggest(chest.scan, chest.fit or end.fit, library.basis.data_weight, library.signs)
+    suggested = suggest(chest.scan, chest.fit or end.fit, library.basis.data_weight, library.signs, laid.tint)
     chest = replace(chest, landmarks={**suggested, **chest.landmarks})
     return chest if given else _second_look(chest, library.basis)
 

@@ -1,4 +1,5 @@
-"""What printed stickers add to a scan: two bones that are marked already, a check of its size, and its handedness.
+"""What colours add to a scan: by printed stickers two bones that are marked already, a check of its size, and its
+handedness; and the tint of the skin, by which areolas and navel are found later.
 
 Joins reading and cleaning (`scans`) with finding stickers (`landmarks`); the pipeline takes this step first.
 """
@@ -11,14 +12,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lubdub.fitting.pose import find_pose
-from lubdub.geometry.colour import Colouring
+from lubdub.geometry.colour import Colouring, Tint
 from lubdub.geometry.frames import MM_PER_UNIT
 from lubdub.geometry.stickers import BONES, SeenSticker, StickerProof
 from lubdub.geometry.surface import Surface
 from lubdub.landmarks import sticker_reasons
 from lubdub.landmarks.reasons import UPSIDE_DOWN
 from lubdub.landmarks.stickers import find_stickers
-from lubdub.results import CleanScan, LandmarkName, RawScan, Reason, ScanRefused, ShapeBasis, Unit
+from lubdub.landmarks.tint import tint_of
+from lubdub.results import (
+    BONE_LANDMARKS,
+    LANDMARK_NAMES,
+    CleanScan,
+    LandmarkName,
+    RawScan,
+    Reason,
+    ScanRefused,
+    ShapeBasis,
+    Unit,
+)
 from lubdub.scans.clean import clean
 from lubdub.scans.units import find_unit
 
@@ -40,22 +52,25 @@ class StickerGates:
 
 
 GATES = StickerGates()
+SOFT: frozenset[LandmarkName] = frozenset(set(LANDMARK_NAMES) - set(BONE_LANDMARKS))
+"""What skin may show by its colour."""
 
 
 @dataclass(frozen=True)
 class Prepared:
     """A clean scan with all that is marked on it. marked: name -> (3,) in the file's coordinates, clicks and stickers
-    together; by_sticker: which of them stickers gave."""
+    together; by_sticker: which of them stickers gave; tint: the skin's colours, where they can still find something."""
 
     scan: CleanScan
     marked: Mapping[LandmarkName, np.ndarray]
     by_sticker: frozenset[LandmarkName] = frozenset()
     proof: StickerProof | None = None
     warnings: tuple[Reason, ...] = ()
+    tint: Tint | None = None
 
 
 def prepare(raw: RawScan, unit_given: str | None, clicked: Mapping[LandmarkName, np.ndarray]) -> Prepared:
-    """Unit, cleaning and stickers. clicked: name -> (3,) in the file's coordinates.
+    """Unit, cleaning, stickers and colours. clicked: name -> (3,) in the file's coordinates.
 
     Raises ScanUnreadable and ScanRefused as `find_unit` and `clean` do, and ScanRefused when stickers show that the
     scan is mirrored or its size untrue.
@@ -64,7 +79,16 @@ def prepare(raw: RawScan, unit_given: str | None, clicked: Mapping[LandmarkName,
     scan = clean(raw, unit, clicked)
     if raw.colouring is None:
         return Prepared(scan, clicked)
-    seen = _seen(raw, raw.colouring, scan)
+    ready = _with_stickers(raw, raw.colouring, unit, scan, clicked)
+    if set(clicked) >= SOFT:
+        return ready
+    return replace(ready, tint=tint_of(raw.surface, raw.colouring, ready.scan))
+
+
+def _with_stickers(
+    raw: RawScan, colouring: Colouring, unit: Unit, scan: CleanScan, clicked: Mapping[LandmarkName, np.ndarray]
+) -> Prepared:
+    seen = _seen(raw, colouring, scan)
     if not seen:
         return Prepared(scan, clicked)
     _check_sides(seen)

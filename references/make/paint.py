@@ -15,7 +15,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
-from lubdub.geometry.colour import Colouring
+from lubdub.geometry.colour import Colouring, sampled
 from lubdub.geometry.raycast import SkinCaster
 from lubdub.geometry.stickers import MARK_CELLS, Sticker
 from lubdub.geometry.surface import Surface, unit
@@ -54,10 +54,44 @@ class Stuck:
 
 
 @dataclass(frozen=True)
+class Patch:
+    """Skin of a colour of its own around a middle (3,). radius: mm; tone: (3,); rim: share of the radius over which it
+    fades; ripples: (4, 3) waves of its outline, zero for a circle."""
+
+    middle: np.ndarray
+    radius: float
+    tone: np.ndarray
+    rim: float
+    ripples: np.ndarray
+
+    def over(self, points: np.ndarray) -> np.ndarray:
+        """(k,) how much of each point's colour is the patch's."""
+        offset = points - self.middle
+        outline = 1 + 0.12 * np.sin(2.0 * offset / self.radius @ self.ripples.T).mean(axis=1)
+        return np.asarray(np.clip((outline - np.linalg.norm(offset, axis=1) / self.radius) / self.rim + 0.5, 0, 1))
+
+
+@dataclass(frozen=True)
+class Shadow:
+    """Less light on one side of an edge. place: (3,) on the edge; across: (3,) into the shadow; takes: share of the
+    light; soft_mm: half the width of the edge."""
+
+    place: np.ndarray
+    across: np.ndarray
+    takes: float
+    soft_mm: float
+
+    def light(self, points: np.ndarray) -> np.ndarray:
+        """(k,) the share of the light that reaches points (k, 3)."""
+        depth = np.clip((points - self.place) @ self.across / self.soft_mm, -1, 1)
+        return np.asarray(1 - self.takes * (0.5 + 0.5 * depth))
+
+
+@dataclass(frozen=True)
 class Complexion:
     """One person's skin. spots: (k, 4) place and radius of each mole, nipple, scar; their colour is spot_tone.
 
-    hair: how dark the hair of the chest is, 0 for none.
+    hair: how dark the hair of the chest is, 0 for none. flush: (w, 5) waves of the skin's redness and their height.
     """
 
     tone: np.ndarray
@@ -66,6 +100,9 @@ class Complexion:
     spot_tones: np.ndarray
     hair: float = 0.0
     stuck: tuple[Stuck, ...] = ()
+    patches: tuple[Patch, ...] = ()
+    flush: np.ndarray = field(default_factory=lambda: np.zeros((0, 5)))
+    shadow: Shadow | None = None
 
     def colours(self, points: np.ndarray) -> np.ndarray:
         """(k, 3) colour of the skin at points (k, 3), stickers and all, before any light."""
@@ -74,24 +111,39 @@ class Complexion:
         strands = np.sin(points @ (_HAIR_PER_BLOTCH * self.waves[:8, :3]).T + self.waves[:8, 3]).mean(axis=1)
         colours *= 1 - self.hair * np.clip(3.0 * strands, 0, 1)[:, None]
         for (*middle, radius), tone in zip(self.spots, self.spot_tones, strict=True):
-            near = np.clip(1.5 - np.linalg.norm(points - middle, axis=1) / radius, 0, 1)[:, None]
-            colours = (1 - near) * colours + near * tone
+            here = _around(points, np.array(middle), 1.5 * radius)
+            near = np.clip(1.5 - np.linalg.norm(points[here] - middle, axis=1) / radius, 0, 1)[:, None]
+            colours[here] = (1 - near) * colours[here] + near * tone
+        for patch in self.patches:
+            here = _around(points, patch.middle, 1.5 * patch.radius)
+            share = patch.over(points[here])[:, None]
+            colours[here] = (1 - share) * colours[here] + share * patch.tone
+        if len(self.flush):
+            redness = (np.sin(points @ self.flush[:, :3].T + self.flush[:, 3]) * self.flush[:, 4]).mean(axis=1)
+            colours *= np.exp(np.outer(np.sqrt(len(self.flush)) * redness, [0.5, -0.5, -0.5]))
+        if self.shadow is not None:
+            colours *= self.shadow.light(points)[:, None]
         for one in self.stuck:
             covered, brightness = one.over(points)
             colours[covered] = brightness[covered, None] * [1.0, 0.99, 0.96]
         return np.clip(colours, 0, 1)
 
 
+def _around(points: np.ndarray, middle: np.ndarray, reach: float) -> np.ndarray:
+    """Which points (k, 3) lie between two planes around a middle (3,): all that are within reach, and few others."""
+    return np.flatnonzero(np.abs(points[:, 1] - middle[1]) <= reach)
+
+
 def draw_complexion(
     random: np.random.Generator, skin: Surface, nipples: np.ndarray, size: float, stuck: tuple[Stuck, ...] = ()
 ) -> Complexion:
-    """A skin from very light to very dark with blotches, moles, hair and nipples (2, 3). size: share of an adult."""
+    """A skin from very light to very dark with blotches, moles, hair and nipples (k, 3). size: share of an adult."""
     light = random.uniform(0.18, 0.85)
     tone = np.array([1.0, random.uniform(0.68, 0.8), random.uniform(0.5, 0.66)]) * light
     waves = random.normal(size=(24, 4)) * [0.05, 0.05, 0.05, 0.0] + [0.0, 0.0, 0.0, 1.0] * random.uniform(0, 7, (24, 1))
     moles = skin.vertices[random.integers(len(skin.vertices), size=random.integers(0, 60))]
     spots = np.column_stack([moles, random.uniform(0.8, 3.5, len(moles))])
-    spots = np.concatenate([spots, np.column_stack([nipples, np.full(2, random.uniform(7, 14) * size)])])
+    spots = np.concatenate([spots, np.column_stack([nipples, np.full(len(nipples), random.uniform(7, 14) * size)])])
     tones = tone * random.uniform(0.25, 0.75, (len(spots), 1))
     hair = max(0.0, float(random.uniform(-0.6, 0.6))) * (size > _HAIRY_SIZE)
     return Complexion(tone, waves, spots, tones, hair, stuck)
@@ -211,3 +263,18 @@ def laid_over(mesh: Surface, photos: Sequence[Photo], patch_mm: float = 25.0) ->
         corners[better] = places[mesh.triangles[better]]
     picture = np.concatenate([photo.picture for photo in photos], axis=1)
     return Colouring(None, (picture,), corners, np.where(best > _UNSEEN, 0, -1).astype(np.int8))
+
+
+def seen_by(photos: Sequence[Photo], points: np.ndarray, normals: np.ndarray) -> Colouring:
+    """Points (n, 3) that face normals (n, 3), coloured by the picture that saw each from straightest above."""
+    best, colours = np.full(len(points), _UNSEEN), np.full((len(points), 3), 128, np.uint8)
+    for photo in photos:
+        camera = photo.camera
+        x, y, depth = ((points - camera.position) @ camera.axes.T).T
+        places = np.stack([x / depth / camera.half_width, y / depth / camera.half_height], axis=1) / 2 + 0.5
+        inside = ((places > 0.01) & (places < 0.99)).all(axis=1)
+        facing = np.where(inside, -(normals * unit(points - camera.position)).sum(axis=1), _UNSEEN)
+        better = facing > best
+        best[better] = facing[better]
+        colours[better] = sampled(photo.picture, places[better])
+    return Colouring(colours)

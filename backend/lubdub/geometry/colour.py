@@ -50,3 +50,11 @@ def sampled(picture: np.ndarray, places: np.ndarray) -> np.ndarray:
     upper = picture[rows[0], columns[0]] * (1 - right_share) + picture[rows[0], columns[1]] * right_share
     lower = picture[rows[1], columns[0]] * (1 - right_share) + picture[rows[1], columns[1]] * right_share
     return np.asarray(upper * (1 - low_share) + lower * low_share, np.float32)
+
+
+@dataclass(frozen=True)
+class Tint:
+    """Colours of places spread over a skin. points: (k, 3) in the file's coordinates; colours: (k, 3), 0 to 255."""
+
+    points: np.ndarray
+    colours: np.ndarray

@@ -1,4 +1,8 @@
-"""Where navel and nipples lie: the fitted body's places as a prior, the look of the skin as evidence, a posterior."""
+"""Where navel and nipples lie: the fitted body's places as a prior, the look of the skin as evidence, a posterior.
+
+The look is the skin's relief, and its colours where the scan has any. A landmark need not show by its colour; where it
+does, it is known more closely than by its shape.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.signal import fftconvolve
 
 from lubdub.geometry.signs import Sign, Signs
+from lubdub.landmarks.patches import told
 from lubdub.landmarks.relief import CELL, FACING, Skin, Window, grain, relief, window_at
 from lubdub.landmarks.signs import MARGIN, evidence
 
@@ -17,12 +22,14 @@ from lubdub.landmarks.signs import MARGIN, evidence
 class Prior:
     """Where a landmark lies against the fitted body's, in units of length. shift, spread: (outwards, up) mean and one
     standard deviation; search: cells to either side that are looked at; untold: one standard deviation, each way, of
-    what no sign tells; stray: share of fitted bodies that have it STRAYS times as far off along the body."""
+    what no sign tells; patches: radii that it has by colour; stray: share of fitted bodies that have it STRAYS times
+    as far off along the body."""
 
     shift: tuple[float, float]
     spread: tuple[float, float]
     search: tuple[int, int]
     untold: float
+    patches: tuple[float, ...]
     stray: float = 0.0
 
 
@@ -43,13 +50,19 @@ class PlaceSettings:
     """Real evidence is worth less than what was learned on scans whose bodies were placed exactly."""
     apart: float = 0.03
     """How much further one nipple may have moved than the other, in units of length: they share the rest."""
+    coloured: float = 0.85
+    """Chance that a landmark shows by its colour, where there is any."""
+    colour_untold: float = 0.016
+    """One standard deviation, each way, between the middle of a coloured patch and the landmark."""
     surprise: float = 0.03
     """Chance that none of this holds and the landmark lies anywhere the prior allows."""
 
 
-NAVEL = Prior(shift=(0.0, 0.0), spread=(0.02, 0.16), search=(6, 50), untold=0.02, stray=0.1)
+NAVEL = Prior(
+    shift=(0.0, 0.0), spread=(0.02, 0.16), search=(6, 50), untold=0.02, patches=(0.04, 0.06, 0.085), stray=0.1
+)
 """Of babies most are fitted with the navel far too high."""
-NIPPLE = Prior(shift=(0.0, -0.10), spread=(0.11, 0.14), search=(20, 25), untold=0.05)
+NIPPLE = Prior(shift=(0.0, -0.10), spread=(0.11, 0.14), search=(20, 25), untold=0.05, patches=(0.06, 0.085, 0.12, 0.17))
 """Fitted bodies have their nipples 0.8 S below the notch, people 0.85 to 1.15 S, women lying down up to 1.3 S."""
 PLACES = PlaceSettings()
 
@@ -62,26 +75,37 @@ class Found:
     doubt_mm: float
 
 
+@dataclass(frozen=True)
+class Look:
+    """What the signs in a window say. odds: (rows, columns) how likely they make each place; shown: of that, the share
+    that its colour has, None without colours; points: (k, 3) skin on which a place may lie."""
+
+    odds: np.ndarray
+    shown: np.ndarray | None
+    points: np.ndarray
+
+
 def find_navel(skin: Skin, fitted: np.ndarray, signs: Signs) -> Found:
     """The navel near where the fitted body has it, (3,)."""
     window, heights = look(skin, fitted, NAVEL, 1.0)
     # In a mirror too, so that a mirrored body has its suggestion mirrored.
     odds = np.sqrt(_odds(signs.navel, heights) * _odds(signs.navel, heights[:, ::-1])[:, ::-1])
-    return _settled(skin, window, _posterior(odds, _prior(NAVEL), NAVEL))
+    seen = _with_colour(skin, window, odds, NAVEL)
+    return _settled(seen, window, _posterior(seen, _prior(NAVEL), NAVEL))
 
 
 def find_nipples(skin: Skin, left: np.ndarray, right: np.ndarray, signs: Signs) -> tuple[Found, Found]:
     """Both nipples near where the fitted body has them, (3,) each. What one shows counts for the other too."""
-    windows, odds = [], []
+    windows, seen = [], []
     for fitted, side in ((left, 1.0), (right, -1.0)):
         window, heights = look(skin, fitted, NIPPLE, side)
         windows.append(window)
-        odds.append(_odds(signs.nipple, heights))
+        seen.append(_with_colour(skin, window, _odds(signs.nipple, heights), NIPPLE))
     prior = _prior(NIPPLE)
-    heard = [_loosened(prior * _loosened(other)) for other in odds[::-1]]
+    heard = [_loosened(prior * _loosened(other.odds)) for other in seen[::-1]]
     one, other = (
-        _settled(skin, window, _posterior(own, from_other, NIPPLE))
-        for window, own, from_other in zip(windows, odds, heard, strict=True)
+        _settled(own, window, _posterior(own, from_other, NIPPLE))
+        for window, own, from_other in zip(windows, seen, heard, strict=True)
     )
     return one, other
 
@@ -114,28 +138,43 @@ def _odds(sign: Sign, heights: np.ndarray) -> np.ndarray:
     return np.asarray(np.exp(logs - logs.max()))
 
 
+def _with_colour(skin: Skin, window: Window, odds: np.ndarray, prior: Prior) -> Look:
+    """What the relief says, and what the colours say of it where there are any."""
+    facing = skin.points[skin.normals @ window.axes[2] > FACING]
+    colours = told(skin, window, prior.patches)
+    if colours is None:
+        return Look(odds, None, facing)
+    shown = PLACES.coloured * colours.likelier
+    either = shown + (1 - PLACES.coloured)
+    return Look(odds * either, shown / either, np.concatenate([facing, colours.points]))
+
+
 def _loosened(chances: np.ndarray) -> np.ndarray:
     """What chances of one nipple say of the other."""
     return np.asarray(gaussian_filter(chances, PLACES.apart / CELL, mode="constant"))
 
 
-def _posterior(odds: np.ndarray, chances: np.ndarray, prior: Prior) -> np.ndarray:
+def _posterior(seen: Look, chances: np.ndarray, prior: Prior) -> np.ndarray:
     """(rows, columns) chance of each place. chances: without what the signs at the place itself say."""
-    sure = odds * chances
+    sure = seen.odds * chances
     mixed = (1 - PLACES.surprise) * sure / sure.sum() + PLACES.surprise * chances / chances.sum()
-    blurred = gaussian_filter(mixed, prior.untold / CELL, mode="constant")
+    if seen.shown is None:
+        blurred = gaussian_filter(mixed, prior.untold / CELL, mode="constant")
+    else:
+        by_colour = (1 - PLACES.surprise) * sure / sure.sum() * seen.shown
+        blurred = gaussian_filter(mixed - by_colour, prior.untold / CELL, mode="constant")
+        blurred += gaussian_filter(by_colour, PLACES.colour_untold / CELL, mode="constant")
     return np.asarray(blurred / blurred.sum())
 
 
-def _settled(skin: Skin, window: Window, chances: np.ndarray) -> Found:
+def _settled(seen: Look, window: Window, chances: np.ndarray) -> Found:
     """The place with the least expected distance from the landmark, brought to the skin."""
     across, along = (CELL * (np.arange(side) - side // 2) for side in chances.shape[::-1])
     place = _middle(chances, across, along)
     squared = (across[None] - place[0]) ** 2 + (along[:, None] - place[1]) ** 2
-    facing = np.flatnonzero(skin.normals @ window.axes[2] > FACING)
-    gap = window.seen(skin.points[facing])[:, :2] - place
-    nearest = skin.points[facing[(gap**2).sum(axis=1).argmin()]]
-    return Found(nearest.copy(), skin.size * float(np.sqrt((chances * squared).sum())))
+    gap = window.seen(seen.points)[:, :2] - place
+    nearest = seen.points[(gap**2).sum(axis=1).argmin()]
+    return Found(nearest.copy(), window.size * float(np.sqrt((chances * squared).sum())))
 
 
 def _middle(chances: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from lubdub.geometry.colour import Tint
 from lubdub.geometry.surface import unit
 
 CELL = 0.02
@@ -32,11 +33,13 @@ GRAIN_BLUR = 0.05
 
 @dataclass(frozen=True)
 class Skin:
-    """The trunk's scanned skin, no arms. points: (n, 3); normals: (n, 3); size: mm of the unit of length."""
+    """The trunk's scanned skin, no arms. points: (n, 3); normals: (n, 3); size: mm of the unit of length; tint: the
+    colours of what lies on it and around, in the body frame, where the scan has any."""
 
     points: np.ndarray
     normals: np.ndarray
     size: float
+    tint: Tint | None = None
 
     def direction(self, place: np.ndarray) -> np.ndarray:
         """(3,) which way the skin around a place (3,) faces."""

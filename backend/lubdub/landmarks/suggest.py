@@ -1,4 +1,5 @@
-"""Landmarks that nobody clicked: bones as the fitted body has them, navel and nipples by the skin's own relief."""
+"""Landmarks that nobody clicked: bones as the fitted body has them, navel and nipples by the skin's own relief and
+colours."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from lubdub.geometry.colour import Tint
 from lubdub.geometry.signs import Signs
 from lubdub.landmarks.places import Found, find_navel, find_nipples
 from lubdub.landmarks.relief import Skin
@@ -32,14 +34,19 @@ class SuggestionSettings:
 
 
 def suggest(
-    scan: CleanScan, fit: Fit, data_weight: np.ndarray, signs: Signs, settings: SuggestionSettings | None = None
+    scan: CleanScan,
+    fit: Fit,
+    data_weight: np.ndarray,
+    signs: Signs,
+    tint: Tint | None = None,
+    settings: SuggestionSettings | None = None,
 ) -> dict[LandmarkName, Landmark]:
     """All five landmarks on the scan's skin, body frame, each with how sure we are.
 
-    data_weight: (n,) of the fitted body's vertices, as in `ShapeBasis`.
+    data_weight: (n,) of the fitted body's vertices, as in `ShapeBasis`; tint: the scan's colours, if any.
     """
     length = _length(fit)
-    skin = _trunk(scan, fit, data_weight, length / NOTCH_TO_NAVEL)
+    skin = _trunk(scan, fit, data_weight, length / NOTCH_TO_NAVEL, tint)
     left, right = find_nipples(skin, fit.landmarks["nipple_left"], fit.landmarks["nipple_right"], signs)
     navel = find_navel(skin, fit.landmarks["navel"], signs)
     bones = suggest_bones(scan, fit, settings)
@@ -63,10 +70,11 @@ def _length(fit: Fit) -> float:
     return float(np.linalg.norm(fit.landmarks["suprasternal_notch"] - fit.landmarks["navel"]))
 
 
-def _trunk(scan: CleanScan, fit: Fit, data_weight: np.ndarray, size: float) -> Skin:
+def _trunk(scan: CleanScan, fit: Fit, data_weight: np.ndarray, size: float, tint: Tint | None) -> Skin:
     says = data_weight[cKDTree(fit.surface.vertices).query(scan.points)[1]] > TRUNK_SAYS
     kept = says if says.any() else np.ones(len(scan.points), bool)
-    return Skin(scan.points[kept], scan.normals[kept], size)
+    here = None if tint is None else Tint(scan.body_from_file.apply(tint.points), tint.colours)
+    return Skin(scan.points[kept], scan.normals[kept], size, here)
 
 
 def _mark(found: Found) -> Landmark:
