@@ -14,6 +14,7 @@ from lubdub.library.load import LibraryDamaged
 from lubdub.settings import Settings
 from tests.benchmark import accuracy, damaged, paper_tables, references, repeat, stickers
 from tests.benchmark.calibration import CALIBRATION
+from tests.benchmark.colour import COLOUR_EXPERIMENT
 from tests.benchmark.experiment import Experiment
 from tests.benchmark.hostile import HOSTILE
 from tests.benchmark.journey import JOURNEY
@@ -28,6 +29,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     accuracy.DEMO,
     accuracy.COHORT,
     CALIBRATION,
+    COLOUR_EXPERIMENT,
     damaged.DAMAGED,
     HOSTILE,
     JOURNEY,
