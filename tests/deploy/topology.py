@@ -184,7 +184,7 @@ def _store(folder: Path) -> Iterator[str]:
     (folder / "store" / BUCKET).mkdir(parents=True)
     port = free_port()
     command = [store_program(), "serve", "s3", "--addr", f"127.0.0.1:{port}", "--config", "/dev/null"]
-    command += ["--vfs-cache-mode", "off", "--dir-cache-time", "0s", str(folder / "store")]
+    command += ["--vfs-cache-mode", "off", str(folder / "store")]
     environment = os.environ | {"RCLONE_AUTH_KEY": f'"{STORE_KEY},{STORE_SECRET}"'}
     with (
         (folder / "store.log").open("ab") as log,
