@@ -150,7 +150,7 @@ def report(rows: list[Row]) -> Report:
         "they lie. In mm to the true place on the skin; *within* is the share whose error is within the doubt said.\n"
         "Nothing here was measured on people: how areolas look is drawn (`references/make/areolas.py`)."
     )
-    by_group = {name: _of_group(seen, name) for name in dict.fromkeys(row["group"] for row in seen)}
+    by_group = {name: _of_group(seen, name) for name in (group.name for group in GROUPS)}
     by_dark = {name: [r for r in seen if low <= r["darker"] < high] for name, (low, high) in VISIBLE.items()}
     tables = (
         Table("By landmark", ("landmark", "seen by", *COLUMNS), _both(seen, KINDS)),
