@@ -39,7 +39,7 @@ KINDS = {
     "lower end of the breastbone": ("xiphisternum",),
 }
 VISIBLE = {"nearly none, under 0.15": (0.0, 0.15), "0.15 to 0.3": (0.15, 0.3), "strong, over 0.3": (0.3, 9.0)}
-WORSE_MM = 3.0
+WORSE_MM, LOST_MM = 3.0, 100.0
 
 
 @dataclass(frozen=True)
@@ -144,11 +144,16 @@ def _units(size: int, seed: int) -> Iterable[Unit]:
 def report(rows: list[Row]) -> Report:
     """By landmark, by group, by how much shows, and by what deceives."""
     seen = [row for row in rows if not row["refused"]]
-    coloured_people = {row["number"] for row in seen}
+    people = {row["number"] for row in seen}
+    lost = {row["number"] for row in seen if row["look"] == SHAPE and row["suprasternal_notch_mm"] > LOST_MM}
     words = (
-        f"{len(coloured_people)} people, {len(rows) - len(seen)} more refused because their shape does not say how "
-        "they lie. In mm to the true place on the skin; *within* is the share whose error is within the doubt said.\n"
-        "Nothing here was measured on people: how areolas look is drawn (`references/make/areolas.py`)."
+        f"{len(people)} people; {len(rows) - len(seen)} more were refused because their shape does not say how "
+        "they lie. "
+        f"{len(lost)} of the {len(people)} were laid wrongly by their shape (the notch over {LOST_MM:g} mm off), "
+        "which no colour mends. In mm to the true place on the skin; *within* is the share whose error is "
+        "within the doubt said.\n"
+        "The weights were chosen on other people (seed 901). Nothing was measured on people: how skin looks is "
+        "drawn (`references/make/areolas.py`)."
     )
     by_group = {name: _of_group(seen, name) for name in (group.name for group in GROUPS)}
     by_dark = {name: [r for r in seen if low <= r["darker"] < high] for name, (low, high) in VISIBLE.items()}

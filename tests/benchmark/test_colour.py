@@ -50,7 +50,8 @@ def test_each_deceiver_is_held_against_shape_alone_on_the_same_people() -> None:
     assert lines["mole", "nipples", COLOUR][-1] == 2
     assert lines["shadow", "navel", COLOUR][-1] == 0
     assert lines["plaster", "navel", SHAPE][0] is None
-    assert "2 people, 1 more refused" in report(ROWS).words
+    assert "2 people; 1 more were refused" in report(ROWS).words
+    assert "0 of the 2 were laid wrongly" in report(ROWS).words
 
 
 def test_painted_areolas_are_darker_and_no_less_red_than_the_skin_and_a_plaster_covers_one() -> None:

@@ -44,6 +44,7 @@ class PlaceSettings:
     19) and a nipple 8 (22); 95 in 100 within 42 and 21 (44 and 62). 8 in 10 lay within their doubt, 97 in 100 within
     twice. Worst are babies' navels, whose fitted bodies are wrong. On a modelled woman of another origin the navel lies
     on the navel, where the fitted body's was 15 mm off, and the nipples on the breasts' tops instead of 80 mm higher.
+    With colours, on 55 painted people: see `./lubdub benchmark colour`.
     """
 
     belief: float = 0.7
