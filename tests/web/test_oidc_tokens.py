@@ -150,7 +150,11 @@ def test_a_state_cannot_be_bent_to_another_page_or_to_having_been_asked(provider
             login.finish({"state": f"{bent}.{real.partition('.')[2]}", "code": "code"})
 
 
-@pytest.mark.parametrize("auth_time", [None, "now", int(time.time()) - 3600, int(time.time()) + 3600])
+@pytest.mark.parametrize(
+    "auth_time",
+    [None, "now", int(time.time()) - 3600, int(time.time()) + 3600],
+    ids=["nothing", "a word", "an hour ago", "in an hour"],  # the numbers would differ between processes
+)
 def test_having_asked_the_person_just_now_must_be_said_by_the_login(provider: Provider, auth_time: Any) -> None:
     with pytest.raises(SignInRefused):
         provider.sign_in(must_ask=True, auth_time=auth_time)
