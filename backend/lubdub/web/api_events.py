@@ -3,23 +3,41 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Header, Request
+from fastapi import APIRouter, Depends, FastAPI, Header, Request
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from starlette.concurrency import run_in_threadpool
 
 from lubdub.cases.errors import CaseNotFound
 from lubdub.cases.states import ENDED
+from lubdub.cases.tidings import Tidings
 from lubdub.cases.values import Actor, Case
 from lubdub.web.api_cases import USUAL, CaseId
 from lubdub.web.deps import BEARER, ReaderDep, StoreDep
+from lubdub.web.following import again_and_again
+from lubdub.web.listeners import Listeners
 
-POLL_S = 0.4
+LOOK_EVERY_S = 0.4
+HEAR_EVERY_S = 0.2
+ASK_AGAIN_S = 10.0
+"""Whether the listener may still know of the case is asked this often, whatever happens to it."""
 RETRY_MS = 2000
 
-router = APIRouter(tags=["cases"], dependencies=[Depends(BEARER)], responses=USUAL)
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    app.state.listeners = Listeners(Tidings(app.state.services.database).of)
+    looking = asyncio.create_task(again_and_again(app.state.listeners.look_again, LOOK_EVERY_S))
+    yield
+    looking.cancel()
+    await asyncio.gather(looking, return_exceptions=True)
+
+
+router = APIRouter(tags=["cases"], dependencies=[Depends(BEARER)], responses=USUAL, lifespan=_lifespan)
 
 LastEventId = Annotated[int, Header(alias="Last-Event-ID", ge=0, description="Go on after this event.")]
 
@@ -38,17 +56,22 @@ async def listen_to_case(
     """Server-sent events `status` and `progress`, from the first one on; ends when the case has ended."""
     actor, case = listened
     told = last_event_id
-    while not request.app.state.is_stopping():
-        try:
-            events = await run_in_threadpool(store.events_after, actor, case.id, told)
-        except CaseNotFound:
-            yield ServerSentEvent(event="status", data={"status": "deleted"})
-            return
-        for event in events:
-            told = event.sequence
-            yield ServerSentEvent(event=event.kind, id=str(told), data=dict(event.data), retry=RETRY_MS)
-        if not events:
-            now = await run_in_threadpool(store.get, actor, case.id)
+    is_stopping: Callable[[], bool] = request.app.state.is_stopping
+    with request.app.state.listeners.listening(case.id) as has_news:
+        while not is_stopping():
+            try:
+                events = await run_in_threadpool(store.events_after, actor, case.id, told)
+                now = await run_in_threadpool(store.get, actor, case.id)
+            except CaseNotFound:
+                yield ServerSentEvent(event="status", data={"status": "deleted"})
+                return
+            for event in events:
+                told = event.sequence
+                yield ServerSentEvent(event=event.kind, id=str(told), data=dict(event.data), retry=RETRY_MS)
+            if events:
+                continue
             if now.status in ENDED:
                 return
-            await asyncio.sleep(POLL_S)
+            patience = time.monotonic() + ASK_AGAIN_S
+            while not is_stopping() and not has_news(told) and time.monotonic() < patience:
+                await asyncio.sleep(HEAR_EVERY_S)

@@ -37,8 +37,8 @@ async def following(views: Views, kind: str) -> AsyncIterator[None]:
     """Look after the views until the end, and then stop them."""
     VIEWS.labels(kind).set_function(views.open_count)
     tasks = [
-        asyncio.create_task(_again_and_again(views.look_again, FOLLOW_EVERY_S)),
-        asyncio.create_task(_again_and_again(views.reap, REAP_EVERY_S)),
+        asyncio.create_task(again_and_again(views.look_again, FOLLOW_EVERY_S)),
+        asyncio.create_task(again_and_again(views.reap, REAP_EVERY_S)),
     ]
     yield
     for task in tasks:
@@ -47,7 +47,8 @@ async def following(views: Views, kind: str) -> AsyncIterator[None]:
     await asyncio.to_thread(views.close_all)
 
 
-async def _again_and_again(look: Callable[[], None], every_s: float) -> None:
+async def again_and_again(look: Callable[[], None], every_s: float) -> None:
+    """Look, for ever, off the event loop; what fails is tried again the next time."""
     while True:
         await asyncio.sleep(every_s)
         try:
