@@ -6,6 +6,7 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from random import SystemRandom
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, FastAPI, Header, Request
@@ -23,8 +24,9 @@ from lubdub.web.listeners import Listeners
 
 LOOK_EVERY_S = 0.4
 HEAR_EVERY_S = 0.2
-ASK_AGAIN_S = 10.0
-"""Whether the listener may still know of the case is asked this often, whatever happens to it."""
+ASK_AGAIN_S = (20.0, 40.0)
+"""Whether the listener may still know of the case is asked so long after the last time, whatever happens to it; never
+by all at once, who may have come together."""
 RETRY_MS = 2000
 
 
@@ -72,6 +74,6 @@ async def listen_to_case(
                 continue
             if now.status in ENDED:
                 return
-            patience = time.monotonic() + ASK_AGAIN_S
+            patience = time.monotonic() + SystemRandom().uniform(*ASK_AGAIN_S)
             while not is_stopping() and not has_news(told) and time.monotonic() < patience:
                 await asyncio.sleep(HEAR_EVERY_S)
