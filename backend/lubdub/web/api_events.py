@@ -6,7 +6,7 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from random import SystemRandom
+from secrets import SystemRandom
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, FastAPI, Header, Request
