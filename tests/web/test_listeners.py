@@ -49,6 +49,19 @@ def test_a_deleted_case_is_news_and_so_is_one_that_became_somebody_elses() -> No
         assert of_b(3)
 
 
+def test_that_a_case_became_somebody_elses_is_news_once_for_whoever_may_still_listen() -> None:
+    told = Told()
+    told.says = {"a": Standing("me", 3)}
+    listeners = Listeners(told.look)
+    with listeners.listening("a") as has_news:
+        listeners.look_again()
+        assert not has_news(3)
+        told.says = {"a": Standing("you", 3)}
+        listeners.look_again()
+        assert has_news(3)
+        assert not has_news(3)
+
+
 def test_who_has_left_is_looked_for_no_more() -> None:
     told = Told()
     listeners = Listeners(told.look)

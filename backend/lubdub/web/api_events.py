@@ -63,17 +63,17 @@ async def listen_to_case(
         while not is_stopping():
             try:
                 events = await run_in_threadpool(store.events_after, actor, case.id, told)
-                now = await run_in_threadpool(store.get, actor, case.id)
+                is_over = not events and (await run_in_threadpool(store.get, actor, case.id)).status in ENDED
             except CaseNotFound:
                 yield ServerSentEvent(event="status", data={"status": "deleted"})
                 return
             for event in events:
                 told = event.sequence
                 yield ServerSentEvent(event=event.kind, id=str(told), data=dict(event.data), retry=RETRY_MS)
+            if is_over:
+                return
             if events:
                 continue
-            if now.status in ENDED:
-                return
             patience = time.monotonic() + SystemRandom().uniform(*ASK_AGAIN_S)
             while not is_stopping() and not has_news(told) and time.monotonic() < patience:
                 await asyncio.sleep(HEAR_EVERY_S)

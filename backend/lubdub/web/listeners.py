@@ -24,11 +24,11 @@ class Listeners:
     def listening(self, case_id: str) -> Iterator[Callable[[int], bool]]:
         """While it lasts the case is looked at. Gives: whether there is news for somebody told up to an event's number.
 
-        Deleted, or somebody else's since the first look, is news as well.
+        Deleted, or somebody else's since one asked last, is news as well.
         """
         with self._lock:
             self._listened[case_id] += 1
-        owners: set[str | None] = set()
+        owners: list[str | None] = []
 
         def has_news(told: int) -> bool:
             if case_id not in self._seen:
@@ -36,8 +36,9 @@ class Listeners:
             seen = self._seen[case_id]
             if seen is None:
                 return True
-            owners.add(seen.owner)
-            return seen.last_event > told or len(owners) > 1
+            is_others = owners not in ([], [seen.owner])
+            owners[:] = [seen.owner]
+            return seen.last_event > told or is_others
 
         try:
             yield has_news
