@@ -120,7 +120,10 @@ def portal(product: Service) -> Iterator[ExamplePortal]:
 
 @pytest.mark.browser
 def test_a_portal_shows_the_whole_journey_in_its_page(portal: ExamplePortal, browser: Browser) -> None:
-    page = browser.new_page()
+    # High enough for the whole frame: a press right after a page around a frame has scrolled may miss the frame.
+    page = browser.new_page(viewport={"width": 1280, "height": 2400})
+    broken: list[str] = []
+    page.on("pageerror", lambda error: broken.append(str(error)))
     page.goto(portal.address)
     with leads_on(page):
         page.get_by_role("button", name="New visit").click()
@@ -146,6 +149,7 @@ def test_a_portal_shows_the_whole_journey_in_its_page(portal: ExamplePortal, bro
     page.wait_for_function("document.getElementById('lubdub').clientHeight > 400")
     bundle = portal.lubdub.get(f"/cases/{case}/fhir").json()
     assert bundle["meta"]["tag"][0]["code"] == "HTEST"
+    assert broken == []
     page.close()
 
 

@@ -14,7 +14,8 @@ const MEGABYTE = 1e6;
 const PIECE = 4 * MEGABYTE;
 const RETRY_DELAYS = [0, 1000, 2000, 4000, ...Array(60).fill(5000)];
 const TELL_EVERY_MS = 1000;
-const MARKS = `tus::lubdub-${form.dataset.case}-`;
+const MARKS = "tus::lubdub-";
+const OUR_MARKS = `${MARKS}${form.dataset.case}-`;
 
 let upload = null;
 let toldAt = 0;
@@ -125,11 +126,20 @@ async function send() {
   upload.start();
 }
 
+// What tells that a part is here already. In a portal's frame a browser may keep nothing for us: then there is none.
+function marks() {
+  try {
+    return Object.keys(localStorage).filter((mark) => mark.startsWith(MARKS));
+  } catch {
+    return [];
+  }
+}
+
 function stop() {
   upload?.abort(true).catch(() => {
     // The service could not be told; it drops the pieces by itself after a day.
   });
-  for (const mark of Object.keys(localStorage)) if (mark.startsWith(MARKS)) localStorage.removeItem(mark);
+  for (const mark of marks()) if (mark.startsWith(OUR_MARKS)) localStorage.removeItem(mark);
   show(false);
   input.focus();
 }
@@ -145,9 +155,9 @@ input.addEventListener("change", async () => {
 });
 document.getElementById("cancel-sending").addEventListener("click", stop);
 
-for (const mark of Object.keys(localStorage)) {
-  if (mark.startsWith(MARKS)) goesOn.hidden = false;
-  else if (mark.startsWith("tus::lubdub-")) localStorage.removeItem(mark);
+for (const mark of marks()) {
+  if (mark.startsWith(OUR_MARKS)) goesOn.hidden = false;
+  else localStorage.removeItem(mark);
 }
 
 for (const kind of ["dragenter", "dragover"]) {
