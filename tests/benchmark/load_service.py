@@ -50,8 +50,9 @@ class Running:
 
 
 @contextmanager
-def running(workers: int, **settings: Any) -> Iterator[Running]:
-    """A web process and workers over a PostgreSQL of their own, or SQLite where there is none."""
+def running(workers: int, is_warm: bool = True, **settings: Any) -> Iterator[Running]:
+    """A web process and workers over a PostgreSQL of their own, or SQLite where there is none. is_warm: the workers
+    have done some cases; the first one loads the references."""
     from lubdub.settings import Settings
     from tests.postgres import own_postgres, programs
     from tests.web.service import Service, free_port
@@ -73,8 +74,8 @@ def running(workers: int, **settings: Any) -> Iterator[Running]:
         for _ in range(workers):
             place.workers.append(service.start_worker())
         _until(lambda: service.log.read_text().count('"a worker is ready"') >= workers)
-        if workers:
-            whole_cases(place.portal, 2 * workers)  # the first job of a worker loads the references
+        if workers and is_warm:
+            whole_cases(place.portal, 2 * workers)
         yield place
 
 

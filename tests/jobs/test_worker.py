@@ -48,8 +48,12 @@ def test_a_job_of_a_dead_worker_is_taken_over_by_a_living_one_within_ten_seconds
     desk.engine.submit(job)
     desk.wait_until_at_work(case)
     (busy,) = (worker for worker in workers if at_work(worker))
-    kill(busy)
-    desk.keep_up(meanwhile=lambda: desk.wait_until_at_work(case, start=2))
+
+    def the_other_one_is_quicker() -> None:
+        kill(busy)
+        desk.wait_until_at_work(case, start=2)
+
+    desk.keep_up(meanwhile=the_other_one_is_quicker)
     assert desk.engine.states([job.id]) == {job.id: "running"}, "who comes too late leaves it to the other one"
     desk.gate.touch()
     desk.wait_until_examined(case)

@@ -14,8 +14,8 @@ from lubdub.report.archive import outcome_from_bytes
 from lubdub.results import AreaName
 from lubdub.views.framing import FIELD_OF_VIEW, close_to, framed
 from lubdub.views.stickers import AREA_STYLES
-from tests.journeys.home import SIZES
 from tests.journeys.steps import middle_of_view
+from tests.journeys.windows import new_window
 from tests.web.desk import Desk, signed_in
 from tests.web.reviewing import ORGANISATION, vault_of
 from tests.web.service import ROOT, Service
@@ -47,9 +47,8 @@ class Room:
         self.contexts: list[BrowserContext] = []
 
     def window(self, size: str = "desk") -> Page:
-        width, height = SIZES[size]
         base = self.desk.service.settings.address
-        context = self._browser.new_context(base_url=base, viewport={"width": width, "height": height})
+        context = new_window(self._browser, base, size)
         context.add_cookies(
             [{"name": one.name, "value": one.value or "", "url": base} for one in self.desk.http.cookies.jar]
         )

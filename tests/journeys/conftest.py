@@ -11,7 +11,8 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
 from lubdub.settings import Settings
-from tests.journeys.home import SIZES, Home
+from tests.journeys.home import Home
+from tests.journeys.windows import new_window
 from tests.web.service import ROOT, Service, free_port
 
 CHROMIUM_FLAGS = [
@@ -78,13 +79,7 @@ def open_page(browser: Browser, product: Service) -> Iterator[OpenPage]:
     contexts: list[BrowserContext] = []
 
     def opened(size: str, **more: object) -> Page:
-        width, height = SIZES[size]
-        context = browser.new_context(
-            base_url=product.settings.address,
-            viewport={"width": width, "height": height},
-            has_touch=size == "phone",
-            **more,  # type: ignore[arg-type]
-        )
+        context = new_window(browser, product.settings.address, size, **more)
         contexts.append(context)
         return context.new_page()
 

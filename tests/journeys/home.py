@@ -6,10 +6,9 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, BrowserContext, Page
 
+from tests.journeys.windows import new_window
 from tests.web.family import Family
 from tests.web.service import Service, eventually
-
-SIZES = {"phone": (390, 844), "tablet": (1024, 768), "desk": (1280, 800)}
 
 
 class Home:
@@ -22,14 +21,8 @@ class Home:
 
     def window(self, size: str = "phone", **more: object) -> Page:
         """A new browser window in which the family is known."""
-        width, height = SIZES[size]
         base = self.family.service.settings.address
-        context = self._browser.new_context(
-            base_url=base,
-            viewport={"width": width, "height": height},
-            has_touch=size == "phone",
-            **more,  # type: ignore[arg-type]
-        )
+        context = new_window(self._browser, base, size, **more)
         self.family.token()
         context.add_cookies(
             [{"name": one.name, "value": one.value or "", "url": base} for one in self.family.http.cookies.jar]

@@ -9,19 +9,17 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.journeys.steps import leads_on, stands
+from tests.journeys.windows import new_window
 from tests.web.desk import grow_old, new_account, staff_of
 from tests.web.service import Service
 
 pytestmark = pytest.mark.browser
 
-SIZES = {"desk": (1280, 800), "phone": (390, 844)}
 
-
-@pytest.fixture(params=sorted(SIZES))
+@pytest.fixture(params=["desk", "phone"])
 def desk_page(quick: Service, browser: Browser, request: pytest.FixtureRequest) -> Iterator[Page]:
     """A window of the desk whose device has a place for passkeys and a finger on it."""
-    width, height = SIZES[request.param]
-    context = browser.new_context(base_url=quick.settings.desk_address, viewport={"width": width, "height": height})
+    context = new_window(browser, quick.settings.desk_address, request.param)
     page = context.new_page()
     device = context.new_cdp_session(page)
     device.send("WebAuthn.enable")

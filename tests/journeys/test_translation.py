@@ -13,8 +13,8 @@ from lubdub.settings import Settings
 from lubdub.web.pages_guide_words import APPS
 from lubdub.web.pages_questions import QUESTIONS
 from tests.journeys import pseudo
-from tests.journeys.home import SIZES
 from tests.journeys.steps import keep_picture, leads_on, small_targets
+from tests.journeys.windows import SIZES, new_window
 from tests.web.family import Family
 from tests.web.service import Service, free_port
 
@@ -78,10 +78,7 @@ def foreign(foreign_service: Service, browser: Browser, request: pytest.FixtureR
     family = Family(foreign_service)
     family.http.cookies.set("lubdub_language", pseudo.CODE, domain="127.0.0.1")
     family.token()
-    width, height = SIZES[request.param]
-    context = browser.new_context(
-        base_url=foreign_service.settings.address, viewport={"width": width, "height": height}, locale="he"
-    )
+    context = new_window(browser, foreign_service.settings.address, request.param, locale="he")
     address = foreign_service.settings.address
     context.add_cookies(
         [{"name": one.name, "value": str(one.value), "url": address} for one in family.http.cookies.jar]

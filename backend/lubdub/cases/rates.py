@@ -117,6 +117,7 @@ class SharedRates:
                 connect_args={"connect_timeout": 2, "options": "-c statement_timeout=2000"},
                 hide_parameters=True,
             )
+        self._counting, self._asking = _statements(self._is_sqlite)
         self._is_made = False
         self._taken = 0
         self._lock = threading.Lock()
@@ -137,32 +138,15 @@ class SharedRates:
         self._engine.dispose()
 
     def _take(self, connection: sa.Connection, budget: Budget, cost: float) -> Taken:
-        moment, added = self._now(), budget.seconds(cost)
-        dialect: Any = sqlite if self._is_sqlite else postgresql
-        before = sa.case((TABLE.c.full_at > moment, TABLE.c.full_at), else_=moment)
+        added = budget.seconds(cost)
         if added > budget.period_s:
             return _answer(budget, cost, 0.0, added)
-        counted = (
-            dialect.insert(TABLE)
-            .values(bucket=budget.bucket, full_at=moment + added)
-            .on_conflict_do_update(
-                index_elements=[TABLE.c.bucket],
-                set_={"full_at": before + added},
-                where=before + added - moment <= budget.period_s,
-            )
-            .returning(TABLE.c.full_at - moment)
-        )
-        ahead = connection.scalar(counted)
+        told = {"bucket": budget.bucket, "added": added, "period": budget.period_s, "moment": time.time()}
+        ahead = connection.scalar(self._counting, told)
         if ahead is not None:
             return _answer(budget, cost, ahead - added, ahead)
-        until_full = connection.scalar(sa.select(before - moment).where(TABLE.c.bucket == budget.bucket)) or 0.0
+        until_full = connection.scalar(self._asking, told) or 0.0
         return _answer(budget, cost, until_full, until_full + added)
-
-    def _now(self) -> sa.ColumnElement[float]:
-        """PostgreSQL's own clock, which all machines share; SQLite's processes share the machine's."""
-        if self._is_sqlite:
-            return sa.literal(time.time(), sa.Double)
-        return sa.cast(sa.extract("epoch", sa.func.statement_timestamp()), sa.Double)
 
     def _make(self) -> None:
         with self._lock:
@@ -170,7 +154,7 @@ class SharedRates:
                 return
             with self._engine.connect() as connection:
                 if self._is_sqlite:
-                    TABLE.create(connection, checkfirst=True)
+                    connection.execute(sa.schema.CreateTable(TABLE, if_not_exists=True))
                 else:
                     _make_unlogged(connection)
             self._is_made = True
@@ -178,7 +162,7 @@ class SharedRates:
     def _forget(self, connection: sa.Connection) -> None:
         self._taken += 1
         if self._taken % FORGET_EVERY == 0:
-            connection.execute(sa.delete(TABLE).where(self._now() > TABLE.c.full_at))
+            connection.execute(sa.delete(TABLE).where(_now(self._is_sqlite) > TABLE.c.full_at), {"moment": time.time()})
 
 
 class CarefulRates:
@@ -230,6 +214,35 @@ def _answer(budget: Budget, cost: float, before_s: float, after_s: float) -> Tak
     if budget.seconds(cost) > budget.period_s:
         return Taken((budget.period_s - before_s) / each, budget.period_s)
     return Taken(max(0.0, (budget.period_s - before_s) / each), after_s - budget.period_s)
+
+
+def _statements(is_sqlite: bool) -> tuple[sa.Executable, sa.Executable]:
+    """One that takes from a bucket and tells how far ahead it is then, nothing when it refuses; one that only tells.
+
+    Written once: to put them together at every call took longer than to ask them.
+    """
+    dialect: Any = sqlite if is_sqlite else postgresql
+    moment = _now(is_sqlite)
+    added, period = sa.bindparam("added", type_=sa.Double), sa.bindparam("period", type_=sa.Double)
+    before = sa.case((TABLE.c.full_at > moment, TABLE.c.full_at), else_=moment)
+    counting = (
+        dialect.insert(TABLE)
+        .values(bucket=sa.bindparam("bucket"), full_at=moment + added)
+        .on_conflict_do_update(
+            index_elements=[TABLE.c.bucket],
+            set_={"full_at": before + added},
+            where=before + added - moment <= period,
+        )
+        .returning(TABLE.c.full_at - moment)
+    )
+    return counting, sa.select(before - moment).where(TABLE.c.bucket == sa.bindparam("bucket"))
+
+
+def _now(is_sqlite: bool) -> sa.ColumnElement[float]:
+    """PostgreSQL's own clock, which all machines share; SQLite's processes share the machine's."""
+    if is_sqlite:
+        return sa.bindparam("moment", type_=sa.Double)
+    return sa.cast(sa.extract("epoch", sa.func.statement_timestamp()), sa.Double)
 
 
 def _make_unlogged(connection: sa.Connection) -> None:

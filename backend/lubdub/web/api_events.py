@@ -59,7 +59,7 @@ async def listen_to_case(
     actor, case = listened
     told = last_event_id
     is_stopping: Callable[[], bool] = request.app.state.is_stopping
-    with request.app.state.listeners.listening(case.id) as has_news:
+    with request.app.state.listeners.listening(case.id, case.owner_session_id) as has_news:
         while not is_stopping():
             try:
                 events = await run_in_threadpool(store.events_after, actor, case.id, told)

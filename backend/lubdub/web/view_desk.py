@@ -7,9 +7,8 @@ that was stopped is built again from them, here or elsewhere.
 from __future__ import annotations
 
 import threading
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,6 +24,7 @@ from lubdub.views.placing import PlacingView
 from lubdub.views.scene import Sides
 from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
 from lubdub.views.turning import turned
+from lubdub.web.listeners import LastSeen
 from lubdub.web.pages_marks import Marks
 
 PLACED_SPREAD_MM = 5.0
@@ -52,9 +52,7 @@ class ViewDesk:
         self._database = database
         self._snapshots = Snapshots(database)
         self._registry: ViewRegistry[Showing] = ViewRegistry()
-        self._listened: Counter[str] = Counter()
-        self._known: dict[str, Snapshot | None] = {}
-        self._lock = threading.Lock()
+        self._last_seen: LastSeen[Snapshot] = LastSeen()
 
     def open(self, case_id: str, sides: Sides) -> OpenView[Showing]:
         """The case's view, built if need be. Raises FileNotFound before the scan is checked, ViewsFull.
@@ -105,33 +103,22 @@ class ViewDesk:
         """How the case stands now; None when it is deleted."""
         return self._snapshots.one(case_id)
 
-    @contextmanager
-    def listening(self, case_id: str, snapshot: Snapshot | None) -> Iterator[Callable[[], Snapshot | None]]:
+    def listening(
+        self, case_id: str, snapshot: Snapshot | None
+    ) -> AbstractContextManager[Callable[[], Snapshot | None]]:
         """While somebody is told of the case's changes: how it stood at the last look; None once it is deleted.
 
         snapshot: how it stands now.
         """
-        with self._lock:
-            self._listened[case_id] += 1
-            self._known.setdefault(case_id, snapshot)
-        try:
-            yield lambda: self._known.get(case_id)
-        finally:
-            with self._lock:
-                self._listened[case_id] -= 1
-                if self._listened[case_id] <= 0:
-                    del self._listened[case_id]
-                    self._known.pop(case_id, None)
+        return self._last_seen.listening(case_id, snapshot)
 
     def look_again(self) -> None:
         """Look once at every case that is shown or told of. Views of bodies that are gone, or somebody else's now, are
         stopped; the others show what is stored. Off the event loop only."""
         shown = self._registry.ids()
-        with self._lock:
-            listened = set(self._listened)
+        listened = self._last_seen.listened()
         found = self._snapshots.of({*shown, *listened})
-        with self._lock:
-            self._known.update({case_id: found.get(case_id) for case_id in listened & set(self._listened)})
+        self._last_seen.keep(listened, found)
         for case_id in shown:
             running, now = self._registry.get(case_id), found.get(case_id)
             if running is None:
