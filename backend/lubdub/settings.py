@@ -135,6 +135,10 @@ class SettingsTable(BaseSettings):
     job_memory_mb: int = Field(default=4096, ge=256, description="Address space of one job's process, in megabytes.")
     job_cpu_s: float = Field(default=300.0, gt=0, description="Processor time of one job, in seconds.")
     job_wall_s: float = Field(default=600.0, gt=0, description="Wall-clock time of one job, in seconds.")
+    worker_pulse: Path | None = Field(
+        default=None,
+        description="File whose time a worker renews every few seconds, for the health check of its container.",
+    )
 
     metrics_port: int = Field(
         default=0,

@@ -2,40 +2,40 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
+import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
-import sqlalchemy as sa
 
-from lubdub.cases.models import WorkerRow
-from lubdub.cases.opening import open_cases
-from lubdub.cases.work import WorkDesk
-from lubdub.jobs.alive import SEEN, why_not
+from lubdub.jobs.alive import SEEN_S, show_alive, why_not
 from lubdub.settings import Settings
 
 
 @pytest.fixture
 def settings(tmp_path: Path) -> Settings:
-    return Settings(data_dir=tmp_path / "data")
+    return Settings(data_dir=tmp_path / "data", worker_pulse=tmp_path / "pulse")
 
 
-def test_without_a_worker_it_says_so(settings: Settings) -> None:
-    assert why_not(settings) == "No worker was seen for 30 seconds."
+def test_before_the_first_round_it_says_so(settings: Settings) -> None:
+    assert why_not(settings) == "The worker has not done a round yet."
 
 
-def test_a_worker_that_was_just_seen_is_well_and_one_that_was_not_is_not(settings: Settings) -> None:
-    database, vault = open_cases(settings.database, settings.store, settings.master_key_source)
-    WorkDesk(database, vault).beat("worker-0", "cholmod", {})
+def test_a_worker_that_just_did_a_round_is_well_and_one_that_hangs_is_not(settings: Settings) -> None:
+    show_alive(settings.worker_pulse)
     assert why_not(settings) is None
-    with database.writing() as session:
-        row = session.get(WorkerRow, "worker-0")
-        assert row is not None
-        session.execute(sa.update(WorkerRow).values(seen_at=row.seen_at - SEEN - timedelta(seconds=1)))
-    assert why_not(settings) == "No worker was seen for 30 seconds."
-    database.close()
+    assert settings.worker_pulse is not None
+    long_ago = time.time() - SEEN_S - 5
+    os.utime(settings.worker_pulse, (long_ago, long_ago))
+    assert why_not(settings) == f"The worker has done nothing for {SEEN_S + 5:.0f} seconds."
 
 
-def test_a_database_that_does_not_answer_is_said_in_one_sentence(settings: Settings) -> None:
-    away = settings.model_copy(update={"database_url": "postgresql://nobody@127.0.0.1:1/nothing"})
-    assert "database cannot be opened" in str(why_not(away))
+def test_the_check_ends_badly_when_nobody_said_where_to_look(tmp_path: Path) -> None:
+    environment = os.environ | Settings(data_dir=tmp_path).to_environment()
+    done = subprocess.run(
+        [sys.executable, "-m", "lubdub.jobs.alive"], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "LUBDUB_WORKER_PULSE names no file" in done.stderr

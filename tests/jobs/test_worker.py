@@ -8,6 +8,7 @@ from datetime import timedelta
 import pytest
 import sqlalchemy as sa
 
+from lubdub.jobs.alive import why_not
 from lubdub.jobs.upkeep import KEPT_IN_QUEUE
 from tests.databases import fresh_database, kinds
 from tests.jobs.desk import ONCE, PATIENCE_S, Desk, at_work, kill, let_go, open_desk
@@ -19,7 +20,7 @@ EXAMINED = ["examination.json", "examination.npz", "scan", "scan.ply"]
 @pytest.fixture(scope="module", params=kinds())
 def running(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     folder = tmp_path_factory.mktemp("workers")
-    with fresh_database(request.param, folder) as url, open_desk(url, folder) as opened:
+    with fresh_database(request.param, folder) as url, open_desk(url, folder, worker_pulse=folder / "pulse") as opened:
         yield opened
 
 
@@ -40,6 +41,15 @@ def test_a_job_whose_worker_is_killed_is_finished_once_after_restart(desk: Desk)
     desk.crew()
     desk.wait_until_examined(case)
     assert desk.statuses(case) == ONCE
+
+
+def test_a_worker_shows_its_containers_health_check_that_it_does_its_rounds(desk: Desk) -> None:
+    settings = desk.service.settings
+    assert settings.worker_pulse is not None
+    desk.crew()
+    settings.worker_pulse.unlink(missing_ok=True)
+    assert why_not(settings) is not None
+    eventually(lambda: why_not(settings) is None)
 
 
 def test_a_job_of_a_dead_worker_is_taken_over_by_a_living_one_within_ten_seconds(desk: Desk) -> None:

@@ -1,34 +1,36 @@
-"""`python -m lubdub.jobs.alive`: whether workers do their rounds, for the health check of a worker's container.
+"""`python -m lubdub.jobs.alive`: whether this container's worker does its rounds, for the container's health check.
 
-The database is asked, not the process: one that hangs still runs, but is not seen.
+Not the process is asked, for one that hangs still runs, and not the database, which knows of every worker and may be
+away, when a new start of the worker would not help.
 """
 
 from __future__ import annotations
 
 import sys
-from datetime import timedelta
+import time
+from pathlib import Path
 
-from lubdub.cases.opening import CannotOpen, open_cases
-from lubdub.cases.work import WorkDesk
 from lubdub.settings import Settings
 
-SEEN = timedelta(seconds=30)
-"""A worker tells that it lives every few seconds."""
+SEEN_S = 60.0
+"""A worker does a round every few seconds; one that waits for a lost database longer than this is not well."""
+
+
+def show_alive(pulse: Path | None) -> None:
+    """A round is done."""
+    if pulse is not None:
+        pulse.touch()
 
 
 def why_not(settings: Settings) -> str | None:
-    """What is wrong, in a sentence; None when a worker was seen lately."""
-    try:
-        database, vault = open_cases(settings.database, settings.store, settings.master_key_source)
-    except CannotOpen as error:
-        return str(error)
-    try:
-        seen = WorkDesk(database, vault).seen_within(SEEN)
-    finally:
-        database.close()
-    if not seen:
-        return f"No worker was seen for {SEEN.total_seconds():.0f} seconds."
-    return None
+    """What is wrong, in a sentence; None when the worker did a round lately."""
+    pulse = settings.worker_pulse
+    if pulse is None:
+        return "LUBDUB_WORKER_PULSE names no file. Give it to the worker and to this check alike."
+    if not pulse.exists():
+        return "The worker has not done a round yet."
+    silent_s = time.time() - pulse.stat().st_mtime
+    return f"The worker has done nothing for {silent_s:.0f} seconds." if silent_s > SEEN_S else None
 
 
 if __name__ == "__main__":

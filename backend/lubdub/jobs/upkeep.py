@@ -18,6 +18,7 @@ from lubdub.cases.privacy import Privacy
 from lubdub.cases.rows import job_of
 from lubdub.cases.sharing import Sharing
 from lubdub.cases.work import WorkDesk
+from lubdub.jobs.alive import show_alive
 from lubdub.jobs.engine import QUEUE, DbosEngine, jobs_url
 from lubdub.jobs.liveness import NameLocks
 from lubdub.jobs.unshared import remove_unshared
@@ -80,6 +81,7 @@ class Upkeep:
         """
         older_than, beats_without_name = timedelta(0), 0
         while not stopping.is_set():
+            show_alive(self._settings.worker_pulse)
             try:
                 self._desks.work.beat(self._known_as.name, self._known_as.solver, self._known_as.sandbox)
                 beats_without_name = 0 if locks.keeps(self._known_as.name) else beats_without_name + 1
