@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from lubdub.cases.reviewing import Reviewer
-from lubdub.views.servers import OpenView, ViewRegistry
+from lubdub.views.servers import OpenView
+from lubdub.web.following import RegisteredViews
 
 Content = TypeVar("Content")
 
 
-class ClinicianViews(ABC, Generic[Content]):
+class ClinicianViews(RegisteredViews[Content], ABC):
     """One view for each clinician and subject, which is the id of a case or of a body."""
-
-    def __init__(self) -> None:
-        self._registry: ViewRegistry[Content] = ViewRegistry()
 
     def running(self, subject: str, by: Reviewer) -> OpenView[Content] | None:
         """The clinician's view of the subject if it is open."""
@@ -29,18 +27,6 @@ class ClinicianViews(ABC, Generic[Content]):
     def watched(self, subject: str, by: Reviewer, change: int, window: str) -> None:
         """A browser's window came or went."""
         self._registry.watched(key_of(subject, by), change, window)
-
-    def open_count(self) -> int:
-        """How many views are open."""
-        return len(self._registry.ids())
-
-    def close_all(self) -> None:
-        """Stop every view. Off the event loop only."""
-        self._registry.close_all()
-
-    def reap(self) -> None:
-        """Stop views nobody looks at. Off the event loop only."""
-        self._registry.reap()
 
     def look_again(self) -> None:
         """Stop views of what is there no more, whichever process took it away. Off the event loop only."""

@@ -6,12 +6,15 @@ import asyncio
 import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 from lubdub.jobs.metrics import VIEWS
+from lubdub.views.servers import ViewRegistry
 
 FOLLOW_EVERY_S = 0.2
 REAP_EVERY_S = 60.0
+
+Content = TypeVar("Content")
 
 log = logging.getLogger(__name__)
 
@@ -30,6 +33,26 @@ class Views(Protocol):
 
     def close_all(self) -> None:
         """Stop every view."""
+
+
+class RegisteredViews(Generic[Content]):
+    """The part of it that is the same for all: views in a registry of their own."""
+
+    def __init__(self) -> None:
+        """None is open."""
+        self._registry: ViewRegistry[Content] = ViewRegistry()
+
+    def open_count(self) -> int:
+        """How many views are open."""
+        return len(self._registry.ids())
+
+    def close_all(self) -> None:
+        """Stop every view. Off the event loop only."""
+        self._registry.close_all()
+
+    def reap(self) -> None:
+        """Stop views nobody looks at. Off the event loop only."""
+        self._registry.reap()
 
 
 @asynccontextmanager

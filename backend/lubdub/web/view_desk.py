@@ -22,8 +22,9 @@ from lubdub.report.archive import examination_from_bytes
 from lubdub.results import LANDMARK_NAMES, Examination, Landmark, LandmarkName
 from lubdub.views.placing import PlacingView
 from lubdub.views.scene import Sides
-from lubdub.views.servers import LiveServer, OpenView, ViewRegistry
+from lubdub.views.servers import LiveServer, OpenView
 from lubdub.views.turning import turned
+from lubdub.web.following import RegisteredViews
 from lubdub.web.listeners import LastSeen
 from lubdub.web.pages_marks import Marks
 
@@ -43,15 +44,15 @@ class Showing:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
-class ViewDesk:
+class ViewDesk(RegisteredViews[Showing]):
     """Opens views, stores what is placed in them, and knows of each change, so that pages can follow."""
 
     def __init__(self, files: FileVault, database: Database) -> None:
         """Over the open vault and database."""
+        super().__init__()
         self._files = files
         self._database = database
         self._snapshots = Snapshots(database)
-        self._registry: ViewRegistry[Showing] = ViewRegistry()
         self._last_seen: LastSeen[Snapshot] = LastSeen()
 
     def open(self, case_id: str, sides: Sides) -> OpenView[Showing]:
@@ -147,18 +148,6 @@ class ViewDesk:
     def close(self, case_id: str) -> None:
         """Stop the case's view. Off the event loop only."""
         self._registry.close(case_id)
-
-    def open_count(self) -> int:
-        """How many views are open."""
-        return len(self._registry.ids())
-
-    def close_all(self) -> None:
-        """Stop every view. Off the event loop only."""
-        self._registry.close_all()
-
-    def reap(self) -> None:
-        """Stop views nobody looks at. Off the event loop only."""
-        self._registry.reap()
 
     def _build(self, case_id: str, server: LiveServer, snapshot: Snapshot, sides: Sides) -> Showing:
         examination = examination_from_bytes(self._files.read(case_id, "examination.npz"))
