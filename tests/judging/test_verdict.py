@@ -34,7 +34,7 @@ def test_a_good_scan_with_all_points_is_shown() -> None:
     [
         (replace(FINE, gaps_mm={**FINE.gaps_mm, "mitral": 30.0}), reasons.AREA_NOT_SCANNED),
         (replace(FINE, coverage=0.3), reasons.CHEST_NOT_IN_SCAN),
-        (replace(FINE, rise=0.07), reasons.LOOKS_LIKE_A_BACK),
+        (replace(FINE, rise=0.11), reasons.LOOKS_LIKE_A_BACK),
         (measured(surface_residual_mm=14.0), reasons.FIT_FAILED),
         (measured(rule_disagreement_mm=95.0), reasons.STRONG_DISAGREEMENT),
         (replace(FINE, patient=Patient(30, "female", "sitting")), reasons.SITTING_WOMAN),
