@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Sequence, Set
 from typing import TYPE_CHECKING, Any
 
 from tests.benchmark.experiment import Row
@@ -87,7 +87,7 @@ def tenfold() -> list[Row]:
     with running(2, is_warm=False, requests_per_minute=CALLS_A_MINUTE) as place:
         answers: collections.Counter[str] = collections.Counter()
         portals = [place.service.portal(name=f"caller {number}") for number in range(CALLERS)]
-        accepted: dict[str, Portal] = {}
+        accepted: set[str] = set()
         lock = threading.Lock()
         load = machine_load()
         begun = time.monotonic()
@@ -98,14 +98,14 @@ def tenfold() -> list[Row]:
                 with lock:
                     answers[answer] += 1
                     if case is not None:
-                        accepted[case] = portal
+                        accepted.add(case)
 
         callers = [threading.Thread(target=call, args=(portal,)) for portal in portals]
         for caller in callers:
             caller.start()
         for caller in callers:
             caller.join()
-        ended = _ends(accepted)
+        ended = _ends(accepted, portals)
         seconds = time.monotonic() - begun
     told = {name: answers[name] for name in ("accepted", "turned away", "turned away without a word", "failed")}
     lost = len(accepted) - ended
@@ -134,14 +134,14 @@ def kind_of(status: int, retry_after: str | None) -> str:
     return "failed"
 
 
-def _ends(accepted: Mapping[str, Portal]) -> int:
-    """How many of the accepted scans were examined in the end. Who asks is patient with the limits of the callers."""
+def _ends(accepted: Set[str], portals: Sequence[Portal]) -> int:
+    """How many of the accepted scans were examined in the end. Who asks is patient with the limits of the portals."""
     ended: set[str] = set()
     deadline = time.monotonic() + MOST_S
     while len(ended) < len(accepted) and time.monotonic() < deadline:
         time.sleep(2 * 60 / CALLS_A_MINUTE)
-        for portal in {id(portal): portal for portal in accepted.values()}.values():
+        for portal in portals:
             answer = portal.http.get("/api/v1/cases", params={"status": "awaiting_landmarks", "limit": 100})
             if answer.status_code == 200:
-                ended |= {case["id"] for case in answer.json()["items"]} & accepted.keys()
+                ended |= {case["id"] for case in answer.json()["items"]} & accepted
     return len(ended)

@@ -94,7 +94,7 @@ def whole_cases(portal: Portal, count: int) -> float:
         if time.monotonic() > deadline:
             raise RuntimeError(f"{len(waiting)} of {count} cases did not end in {MOST_S:.0f} s")
         time.sleep(LOOK_S)
-        # One call for all of them: one for each cost as much of the machine as everything else beside the jobs.
+        # One call for all of them: the clients' work is done on the cores that are measured.
         listed = portal.call("GET", f"/cases?limit={LISTED}", 200).json()["items"]
         for case, status in ((one["id"], one["status"]) for one in listed if one["id"] in waiting):
             if status == "awaiting_landmarks" and waiting[case] == "checking":

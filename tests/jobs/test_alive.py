@@ -32,6 +32,13 @@ def test_a_worker_that_just_did_a_round_is_well_and_one_that_hangs_is_not(settin
     assert why_not(settings) == f"The worker has done nothing for {SEEN_S + 5:.0f} seconds."
 
 
+def test_a_pulse_that_cannot_be_renewed_is_said_and_keeps_nobody_from_work(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    show_alive(tmp_path / "no such folder" / "pulse")
+    assert "pulse cannot be renewed: FileNotFoundError" in caplog.text
+
+
 def test_the_check_ends_badly_when_nobody_said_where_to_look(tmp_path: Path) -> None:
     environment = os.environ | Settings(data_dir=tmp_path).to_environment()
     done = subprocess.run(

@@ -20,7 +20,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
         requests_per_minute=100_000,
         job_cpu_s=1,
         webhooks_to_private=True,
-        metrics_port=free_port(),
+        metrics_port=free_port(in_a_row=2),
     )
     running = Service(settings)
     try:

@@ -16,7 +16,9 @@ def replicas(kind: str, folder: Path, count: int = 2, **changes: object) -> Iter
     """So many web processes that share database, files and key; the first one may be given a worker."""
     with fresh_database(kind, folder) as url:
         shared = {"data_dir": folder / "data", "database_url": url} | changes
-        services = [Service(Settings(port=free_port(), metrics_port=free_port(), **shared)) for _ in range(count)]  # type: ignore[arg-type]
+        services = [
+            Service(Settings(port=free_port(), metrics_port=free_port(in_a_row=2), **shared)) for _ in range(count)
+        ]  # type: ignore[arg-type]
         try:
             for service in services:
                 service.start_web()

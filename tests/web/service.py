@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import subprocess
@@ -24,10 +25,21 @@ NO_STOPS = {"heart_on_right": False, "chest_operation_or_device": False, "late_p
 WEB = "from lubdub.settings import Settings; from lubdub.web.serve import run_web; run_web(Settings())"
 
 
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
+def free_port(in_a_row: int = 1) -> int:
+    """A port nobody listens on, the first of so many: a worker's numbers have the port after those of its web."""
+    while True:
+        with contextlib.ExitStack() as stack:
+            first = _bound(stack, 0)
+            with contextlib.suppress(OSError, OverflowError):
+                for number in range(1, in_a_row):
+                    _bound(stack, first + number)
+                return first
+
+
+def _bound(stack: contextlib.ExitStack, port: int) -> int:
+    listening = stack.enter_context(socket.socket())
+    listening.bind(("127.0.0.1", port))
+    return int(listening.getsockname()[1])
 
 
 def eventually(happens: Callable[[], Any], seconds: float = 120.0) -> Any:

@@ -6,6 +6,7 @@ away, when a new start of the worker would not help.
 
 from __future__ import annotations
 
+import logging
 import sys
 import time
 from pathlib import Path
@@ -13,13 +14,19 @@ from pathlib import Path
 from lubdub.settings import Settings
 
 SEEN_S = 60.0
-"""A worker does a round every few seconds; one that waits for a lost database longer than this is not well."""
+"""A worker does a round every few seconds, more slowly while it waits for a database."""
+
+log = logging.getLogger(__name__)
 
 
 def show_alive(pulse: Path | None) -> None:
-    """A round is done."""
-    if pulse is not None:
+    """A round begins. A file that cannot be renewed keeps nobody from work: the check will find it old."""
+    if pulse is None:
+        return
+    try:
         pulse.touch()
+    except OSError as error:
+        log.warning("the worker's pulse cannot be renewed: %s", type(error).__name__)
 
 
 def why_not(settings: Settings) -> str | None:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection
-from typing import TypeVar
 
 from lubdub.cases.reviewing import Reviewer
 from lubdub.views.servers import OpenView
-from lubdub.web.following import RegisteredViews
-
-Content = TypeVar("Content")
+from lubdub.web.following import Content, RegisteredViews
 
 
 class ClinicianViews(RegisteredViews[Content], ABC):

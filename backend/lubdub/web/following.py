@@ -36,7 +36,7 @@ class Views(Protocol):
 
 
 class RegisteredViews(Generic[Content]):
-    """The part of it that is the same for all: views in a registry of their own."""
+    """What all kinds of `Views` share: a registry of those that are open."""
 
     def __init__(self) -> None:
         """None is open."""
