@@ -19,7 +19,7 @@ from tests.benchmark.load_service import (
     scan_bytes,
     whole_cases,
 )
-from tests.benchmark.load_watch import percentiles_ms, worked_s
+from tests.benchmark.load_watch import machine_worked_s, percentiles_ms, worked_s
 
 if TYPE_CHECKING:
     from tests.web.service import Portal
@@ -32,23 +32,28 @@ CALLS_A_MINUTE = 30
 """What each caller may ask in the tenfold part: the first half minute's worth at once, and then one call in 2 s."""
 
 
-def cases_per_minute(workers: int) -> list[Row]:
-    """Whole cases that so many workers do in a minute."""
+def cases_per_minute(workers: int, round_number: int) -> list[Row]:
+    """Whole cases that so many workers do in a minute, and how many cores all of it keeps busy."""
     with running(workers) as place:
         load, before = machine_load(), kept_of(place)
         in_web, in_workers = worked_s([place.web]), worked_s(place.worker_pids)
+        machine = machine_worked_s()
         seconds = whole_cases(place.portal, CASES)
+        machine = machine_worked_s() - machine
         in_web, in_workers = worked_s([place.web]) - in_web, worked_s(place.worker_pids) - in_workers
         after = kept_of(place)
     return [
         {
             "part": "cases",
             "workers": workers,
+            "round": round_number,
             "cases": CASES,
             "seconds": round(seconds, 1),
             "per_minute": round(60 * CASES / seconds, 1),
             "worker_cpu_s_each": round(in_workers / CASES, 2),
             "web_cpu_s_each": round(in_web / CASES, 2),
+            "machine_cpu_s_each": round(machine / CASES, 2),
+            "cores_busy": round(machine / seconds, 2),
             "stored_kB_each": round((after[0] - before[0]) / 1000 / CASES),
             "rows_each": round((after[1] - before[1]) / CASES, 1),
             "load": load,

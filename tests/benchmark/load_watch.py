@@ -80,6 +80,13 @@ def _ticks(pid: int) -> int:
     return sum(map(int, words[11:15]))  # own user and system time, and those of children that were waited for
 
 
+def machine_worked_s() -> float:
+    """Seconds that all the machine's cores have worked together since it was started, whoever they worked for."""
+    spent = [int(ticks) for ticks in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
+    idle, waiting_for_disks = spent[3:5]
+    return (sum(spent) - idle - waiting_for_disks) / TICKS
+
+
 def growth(samples: Sequence[float]) -> tuple[float, float]:
     """Medians of the second quarter and of the last quarter: the first quarter warms up."""
     quarter = max(1, len(samples) // 4)

@@ -14,7 +14,7 @@ from tests.benchmark import load
 from tests.benchmark.experiment import Row
 from tests.benchmark.load_parts import kind_of
 from tests.benchmark.load_service import paced
-from tests.benchmark.load_watch import growth, percentiles_ms, taken_by, worked_s
+from tests.benchmark.load_watch import growth, machine_worked_s, percentiles_ms, taken_by, worked_s
 from tests.web.service import eventually
 
 
@@ -23,8 +23,10 @@ def rows(**changes: Any) -> list[Row]:
     soak = [{"memory_mb": 500.0, "descriptors": 90, "sockets": 40, "threads": 30, "processes": 5} for _ in range(8)]
     soak[-1]["memory_mb"] = soak[-2]["memory_mb"] = said["last_mb"]
     return [
-        {"part": "cases", "workers": 1, "per_minute": 10.0},
-        {"part": "cases", "workers": 2, "per_minute": said["two"]},
+        {"part": "cases", "workers": 1, "cases": 10, "seconds": 50.0},
+        {"part": "cases", "workers": 2, "cases": 10, "seconds": 600 / said["two"] - 10.0},
+        {"part": "cases", "workers": 1, "cases": 10, "seconds": 70.0},
+        {"part": "cases", "workers": 2, "cases": 10, "seconds": 600 / said["two"] + 10.0},
         {"part": "latency", "workers": "idle", "p99_ms": 900.0},
         {"part": "latency", "workers": "busy", "p99_ms": said["p99"]},
         {"part": "streams", "streams": 200},
@@ -122,6 +124,12 @@ def test_work_of_children_that_have_ended_counts_too() -> None:
     before = worked_s([os.getpid()])
     subprocess.run([sys.executable, "-c", "sum(range(3_000_000))"], check=True)
     assert worked_s([os.getpid()]) > before
+
+
+def test_the_machines_work_holds_that_of_every_process() -> None:
+    machine, ours = machine_worked_s(), worked_s([os.getpid()])
+    subprocess.run([sys.executable, "-c", "sum(range(10_000_000))"], check=True)
+    assert machine_worked_s() - machine >= 0.9 * (worked_s([os.getpid()]) - ours) > 0
 
 
 def test_the_first_quarter_warms_up_and_does_not_count_as_growth() -> None:

@@ -25,9 +25,13 @@ def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> fl
         used &= normals @ outward > 0.2 * float(np.linalg.norm(outward))
     if not used.any():
         return 3 * cap
-    distance, nearest = target.tree.query(vertices[used])
-    wrong_way = (normals[used] * target.normals[nearest]).sum(1) < 0.3
-    there = np.minimum(np.where(wrong_way, cap, distance), cap).mean()
-    back = np.sort(np.minimum(cKDTree(vertices).query(target.points[:: max(1, len(target.points) // 3000)])[0], cap))
+    # Nothing is looked for beyond the cap: a wrong turn's neighbours are far away, and slow to find.
+    distance, nearest = target.tree.query(vertices[used], distance_upper_bound=cap)
+    found = np.isfinite(distance)
+    there = np.full(len(distance), cap)
+    right_way = (normals[used][found] * target.normals[nearest[found]]).sum(1) >= 0.3
+    there[found] = np.where(right_way, distance[found], cap)
+    some = target.points[:: max(1, len(target.points) // 3000)]
+    back = np.sort(np.minimum(cKDTree(vertices).query(some, distance_upper_bound=cap)[0], cap))
     oddness = float(np.sqrt(np.mean(pose.coefficients**2)))
-    return float(there + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * oddness)
+    return float(there.mean() + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * oddness)

@@ -20,7 +20,8 @@ from lubdub.results import CleanScan, Fit, ShapeBasis
 
 @dataclass(frozen=True)
 class PoseSettings:
-    """How the turns are tried."""
+    """How the turns are tried. All starts take all rough steps: dropping the worse ones half-way saved 0.6 s, but in
+    one of 70 simulated people, a baby, the start that wins in the end was 59th of 80 there."""
 
     scan_points: int = 3000
     sizes: tuple[float, ...] = (0.8, 1.1)

@@ -19,8 +19,8 @@ APPLICATION = "lubdub"
 APPLICATION_VERSION = "1"
 """Said explicitly: by default it is a hash of the source, and an upgrade would strand waiting jobs."""
 
-POLL_S = 0.4
-"""A free worker looks into the queue so often."""
+POLL_S = 0.1
+"""A free worker looks into the queue so often. At 0.4 s a twelfth of a busy worker's time went by waiting."""
 LAST_TURN = 2**31 - 1
 """The largest number that DBOS takes for a place in the queue; the smallest goes first."""
 
