@@ -179,7 +179,7 @@ def _second_look(chest: Chest, basis: ShapeBasis) -> Chest:
     }
     sternum = expected_sternum(chest.patient)
     end = best_end(target, pulls, basis, _sized(start_from(places, basis), places, basis, sternum), sternum)
-    if end.misfit_mm >= ended(chest.pose, chest.fit, basis, target).misfit_mm:
+    if end.misfit_mm >= ended(chest.pose, chest.fit, basis, target, sternum).misfit_mm:
         return chest
     return _straightened(replace(chest, landmarks={**chest.landmarks, **suggest_bones(chest.scan, end.fit)}), end, {})
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lubdub.fitting.shape import Pull, Span, Target, body_of, carried, sternum_mm
-from lubdub.fitting.starts import SETTINGS, best_end, sized_starts, start_from
+from lubdub.fitting.shape import Pull, Span, Target, body_of, carried, fit_shape, sternum_mm
+from lubdub.fitting.starts import SETTINGS, best_end, ended, sized_starts, start_from
 from lubdub.geometry.surface import Surface
 from lubdub.library.load import load_library
 from lubdub.results import LandmarkName
@@ -51,3 +51,16 @@ def test_no_start_ends_worse_than_the_best_end() -> None:
     best = best_end(TARGET, PULLS, BASIS, starts)
     alone = [best_end(TARGET, PULLS, BASIS, [one]).misfit_mm for one in starts]
     assert best.misfit_mm == min(alone)
+
+
+@pytest.mark.parametrize("off_mm", [-40.0, 40.0])
+def test_an_unexpected_size_counts_against_an_end(off_mm: float) -> None:
+    pose, fit = fit_shape(TARGET, PULLS, BASIS, start_from({name: SCAN.landmarks[name] for name in SEEN}, BASIS))
+
+    def misfit_mm(expected_mm: float) -> float:
+        return ended(pose, fit, BASIS, TARGET, Span(expected_mm, 20.0)).misfit_mm
+
+    assert misfit_mm(sternum_mm(fit)) == ended(pose, fit, BASIS, TARGET).misfit_mm
+    assert misfit_mm(sternum_mm(fit) + off_mm) == pytest.approx(
+        misfit_mm(sternum_mm(fit)) * (1 + 4 * SETTINGS.unlikely)
+    )

@@ -28,6 +28,12 @@ class StartSettings:
     """The same as a multiple of what the expected breastbone suggests. From below a fit misses neck and shoulders."""
     misfit_limit_mm: float = 10.0
     """As where the turn of an unmarked body is found."""
+    unlikely: float = 0.2
+    """What a breastbone one standard deviation off its expected length costs, as a share of the misfit; squared.
+    Without it a thin woman's chest became a child's: a body that ends inside the scan explains all it reaches."""
+    closeness: float = 2.0
+    """The misfit is capped, so it hardly tells good from very good; the matched skin's residual, so many times, does.
+    Bones of 124 simulated people with nipples and navel clicked: 11.2 mm off without these two, 10.7 with them."""
 
 
 SETTINGS = StartSettings()
@@ -35,7 +41,7 @@ SETTINGS = StartSettings()
 
 @dataclass(frozen=True)
 class End:
-    """Where a fit ended. misfit_mm: what it leaves unexplained."""
+    """Where a fit ended. misfit_mm: what it leaves unexplained, more for an unexpected size."""
 
     pose: Pose
     fit: Fit
@@ -75,10 +81,12 @@ def best_end(
     sternum: Span | None = None,
 ) -> End:
     """The end that explains the scan best, of fits from each start (at least one); see `fit_shape`."""
-    ends = [ended(*fit_shape(target, pulls, basis, start, sternum=sternum), basis, target) for start in starts]
+    fits = [fit_shape(target, pulls, basis, start, sternum=sternum) for start in starts]
+    ends = [ended(pose, fit, basis, target, sternum) for pose, fit in fits]
     return min(ends, key=lambda end: end.misfit_mm)
 
 
-def ended(pose: Pose, fit: Fit, basis: ShapeBasis, target: Target) -> End:
-    """A fit's end with its misfit."""
-    return End(pose, fit, misfit_mm(pose, basis, target, SETTINGS.misfit_limit_mm))
+def ended(pose: Pose, fit: Fit, basis: ShapeBasis, target: Target, sternum: Span | None = None) -> End:
+    """A fit's end with its misfit. sternum: what age and sex let one expect."""
+    misfit = misfit_mm(pose, basis, target, SETTINGS.misfit_limit_mm) + SETTINGS.closeness * fit.surface_residual_mm
+    return End(pose, fit, misfit * (1 + SETTINGS.unlikely * sternum.surprise(fit)) if sternum else misfit)
