@@ -36,8 +36,32 @@ def desk_page(quick: Service, browser: Browser, request: pytest.FixtureRequest) 
     context.close()
 
 
+PAGES = (
+    "/desk",
+    "/desk/account",
+    "/desk/account/password",
+    "/desk/families",
+    "/desk/audit?check=true",
+    "/desk/holds",
+    "/desk/references",
+    "/desk/people",
+)
+
+
 def test_a_passkey_makes_the_account_and_opens_it_again(quick: Service, desk_page: Page) -> None:
-    page = desk_page
+    email = joins(quick, desk_page)
+    for path in PAGES:
+        desk_page.goto(path)
+        stands(desk_page)
+    invites_a_colleague(desk_page)
+    invited = invites_a_family(desk_page)
+    leaves_and_comes_back(desk_page)
+    asked_again(quick, desk_page, email)
+    family_arrives(desk_page, invited)
+
+
+def joins(quick: Service, page: Page) -> str:
+    """By an invitation, with a passkey and a name; returns the e-mail address."""
     of = new_account(quick, "administrator", "Harbour House").clinician
     with staff_of(quick.settings) as (staff, _database):
         link = staff.invitations.offer(of.actor, "administrator").token
@@ -56,32 +80,34 @@ def test_a_passkey_makes_the_account_and_opens_it_again(quick: Service, desk_pag
     passkey.click()
     page.wait_for_url(re.compile("/desk$"))
     expect(page.get_by_text("Harbour House")).to_be_visible()
-    for path in (
-        "/desk",
-        "/desk/account",
-        "/desk/account/password",
-        "/desk/families",
-        "/desk/audit?check=true",
-        "/desk/holds",
-        "/desk/references",
-        "/desk/people",
-    ):
-        page.goto(path)
-        stands(page)
+    return email
+
+
+def invites_a_colleague(page: Page) -> None:
+    page.goto("/desk/people")
     with leads_on(page):
         page.get_by_role("button", name="Make a link").click()
     expect(page.get_by_role("status")).to_contain_text("/desk/join#")
     stands(page)
+
+
+def invites_a_family(page: Page) -> str:
+    """Returns the link that the family is sent."""
     page.goto("/desk/families")
     page.get_by_label("Your own number").fill("H-7")
     page.get_by_label("Date of birth").fill("2020-05-17")
     with leads_on(page):
         page.get_by_role("button", name="Make a link").click()
     stands(page)
-    invited = page.get_by_label("Text to send").input_value()
+    text = page.get_by_label("Text to send").input_value()
     page.goto("/desk/families")
     expect(page.get_by_role("row", name="H-7").first).to_contain_text("Not opened yet")
     stands(page)
+    return str(text.split("\n")[1])
+
+
+def leaves_and_comes_back(page: Page) -> None:
+    """Signs out, and in again with the passkey, to the page that was asked for."""
     with leads_on(page):
         page.get_by_role("button", name="Sign out").click()
     page.wait_for_url(re.compile("/desk/sign-in$"))
@@ -90,8 +116,6 @@ def test_a_passkey_makes_the_account_and_opens_it_again(quick: Service, desk_pag
     page.get_by_role("button", name="Sign in with a passkey").click()
     page.wait_for_url(re.compile("/desk/account$"))
     expect(page.get_by_text("Bo Sun").first).to_be_visible()
-    asked_again(quick, page, email)
-    family_arrives(page, invited.split("\n")[1])
 
 
 def asked_again(quick: Service, page: Page, email: str) -> None:
