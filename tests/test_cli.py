@@ -304,8 +304,8 @@ def test_a_key_with_an_unknown_power_is_not_made(run: Run, tmp_path: Path, monke
 
 def test_clinicians_are_let_in_listed_and_shut_out(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from lubdub.settings import Settings
-    from tests.web.desk import new_account
     from tests.web.service import Service
+    from tests.web.staff import new_account
 
     monkeypatch.setenv("LUBDUB_DATA_DIR", str(tmp_path / "data"))
     code, link, _ = run("admin", "clinician", "first")

@@ -18,10 +18,10 @@ from lubdub.cases import admin
 from lubdub.web.schemas_result import ResultOut
 from tests.deploy.topology import Town, proxy_program, town
 from tests.postgres import programs
+from tests.web.api.test_uploads import begin, path_of, piece, stands_at
 from tests.web.family import Family
+from tests.web.pages.test_view import CURRENT
 from tests.web.service import ROOT, Portal, eventually
-from tests.web.test_pages_view import CURRENT
-from tests.web.test_uploads import begin, path_of, piece, stands_at
 
 DEMO = ROOT / "references" / "demo" / "phone-child"
 SCAN = (DEMO / "phone-child.glb").read_bytes()

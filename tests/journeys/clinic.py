@@ -16,9 +16,9 @@ from lubdub.views.framing import FIELD_OF_VIEW, close_to, framed
 from lubdub.views.stickers import AREA_STYLES
 from tests.journeys.steps import middle_of_view
 from tests.journeys.windows import new_window
-from tests.web.desk import Desk, signed_in
 from tests.web.reviewing import ORGANISATION, vault_of
 from tests.web.service import ROOT, Service
+from tests.web.staff import Desk, signed_in
 
 DEMO = ROOT / "references" / "demo"
 CHILD = DEMO / "phone-child"

@@ -10,8 +10,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.journeys.steps import leads_on, stands
 from tests.journeys.windows import new_window
-from tests.web.desk import grow_old, new_account, staff_of
 from tests.web.service import Service
+from tests.web.staff import grow_old, new_account, staff_of
 
 pytestmark = pytest.mark.browser
 

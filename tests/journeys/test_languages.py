@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import Browser, Page
 
-from lubdub.web.pages_guide_words import APPS
-from lubdub.web.pages_questions import QUESTIONS
+from lubdub.web.pages.guide_words import APPS
+from lubdub.web.pages.questions import QUESTIONS
 from tests.journeys.home import Home
 from tests.journeys.steps import faults, keep_picture, small_targets
 from tests.web.family import Family

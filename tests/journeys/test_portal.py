@@ -19,7 +19,7 @@ from lubdub.cases import admin
 from lubdub.cases.people import SCOPES
 from lubdub.results import AREA_NAMES
 from lubdub.web.openapi import openapi_json
-from lubdub.web.pages_samples import all_samples
+from lubdub.web.pages.samples import all_samples
 from tests.journeys.example_portal import ExamplePortal, example_portal
 from tests.journeys.steps import WORK_MS, leads_on, soon
 from tests.snippets import snippet

@@ -10,8 +10,8 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from lubdub.settings import Settings
-from lubdub.web.pages_guide_words import APPS
-from lubdub.web.pages_questions import QUESTIONS
+from lubdub.web.pages.guide_words import APPS
+from lubdub.web.pages.questions import QUESTIONS
 from tests.journeys import pseudo
 from tests.journeys.steps import keep_picture, leads_on, small_targets
 from tests.journeys.windows import SIZES, new_window

@@ -14,7 +14,7 @@ from lubdub.cases.errors import FileNotFound
 from lubdub.cases.files import FileVault
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.results import Outcome
-from lubdub.web.pages_questions import QUESTIONS
+from lubdub.web.pages.questions import QUESTIONS
 from tests.views import sample
 from tests.web.service import Service, eventually
 

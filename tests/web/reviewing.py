@@ -16,8 +16,8 @@ from lubdub.cases.files import FileVault
 from lubdub.report.archive import outcome_to_bytes
 from lubdub.results import Outcome
 from tests.views import sample
-from tests.web.desk import Desk
 from tests.web.service import Portal, Service
+from tests.web.staff import Desk
 
 ORGANISATION = "Heart House"
 CURRENT = Subprotocol(f"viser-v{viser.__version__}")

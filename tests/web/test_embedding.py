@@ -14,9 +14,9 @@ from lubdub.web.framing import is_origin
 from lubdub.web.languages import NAMES
 from lubdub.web.schemas import CaseIn
 from lubdub.web.schemas_embed import MESSAGE, EmbedIn
+from tests.web.api.test_rest import problem
 from tests.web.service import PATIENT, Portal, Service
 from tests.web.test_portal import ALL, speaking
-from tests.web.test_rest import problem
 
 ORIGIN = "https://portal.example"
 IN_A_FRAME = {"Sec-Fetch-Dest": "iframe", "Sec-Fetch-Site": "cross-site"}

@@ -9,9 +9,9 @@ import pytest
 
 from lubdub.settings import Settings
 from lubdub.web.app import create_app
-from tests.web.desk import PASSWORD, Desk, hidden, new_account, signed_in
+from tests.web.desk.test_desk import sign_in
 from tests.web.service import Portal, Service
-from tests.web.test_desk import sign_in
+from tests.web.staff import PASSWORD, Desk, hidden, new_account, signed_in
 from tests.web.test_operation import logged, numbers
 
 

@@ -15,8 +15,8 @@ from lubdub.settings import Settings
 from lubdub.web.envelope import Envelope
 from lubdub.web.guard import cookie_name, csrf_token, session_cookie
 from tests.web import family as pages
+from tests.web.api.test_rest import problem
 from tests.web.service import PATIENT, Portal, Service
-from tests.web.test_rest import problem
 
 BODY = {"patient": PATIENT}
 

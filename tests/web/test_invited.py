@@ -7,9 +7,9 @@ import re
 
 import pytest
 
-from tests.web.desk import Desk, hidden, signed_in
 from tests.web.family import Family
 from tests.web.service import Service
+from tests.web.staff import Desk, hidden, signed_in
 
 
 @pytest.fixture

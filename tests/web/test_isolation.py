@@ -13,9 +13,9 @@ from fastapi.routing import APIRoute
 from lubdub.settings import Settings
 from lubdub.web.app import create_app
 from lubdub.web.openapi import openapi_json
-from tests.web.desk import signed_in
 from tests.web.family import Family
 from tests.web.service import Portal, Service
+from tests.web.staff import signed_in
 from tests.web.test_portal import ALL
 
 Route = tuple[str, str]

@@ -20,10 +20,10 @@ from lubdub.cases.rates import LocalRates
 from lubdub.settings import Settings
 from lubdub.web.limits import RateLimit
 from tests.databases import kinds
+from tests.web.api.test_rest import problem
+from tests.web.api.test_uploads import begin, path_of
 from tests.web.replicas import replicas
 from tests.web.service import Service
-from tests.web.test_rest import problem
-from tests.web.test_uploads import begin, path_of
 
 LIMITS = {
     "max_upload_mb": 2,

@@ -15,12 +15,12 @@ import httpx
 import pytest
 import websockets
 
-from lubdub.web.api_uploads import PIECE
+from lubdub.web.api.uploads import PIECE
+from tests.web.api.test_uploads import begin, path_of, piece, stands_at
 from tests.web.family import Family
+from tests.web.pages.test_view import CURRENT
 from tests.web.replicas import replicas
 from tests.web.service import Portal, Service, eventually
-from tests.web.test_pages_view import CURRENT
-from tests.web.test_uploads import begin, path_of, piece, stands_at
 
 
 def logged(service: Service, event: str, **fields: str) -> list[dict[str, Any]]:

@@ -9,8 +9,8 @@ import httpx
 import pytest
 
 from lubdub.cases import admin
+from tests.web.api.test_rest import problem
 from tests.web.service import PATIENT, Portal, Service
-from tests.web.test_rest import problem
 
 ALL = ("cases:read", "cases:write", "keys:manage", "webhooks:manage")
 

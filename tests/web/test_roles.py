@@ -14,10 +14,10 @@ from starlette.routing import BaseRoute
 
 from lubdub.settings import Settings
 from lubdub.web.app import create_app
-from tests.web.desk import Desk, hidden, signed_in
 from tests.web.family import Family
 from tests.web.reviewing import CURRENT, in_review
 from tests.web.service import Service
+from tests.web.staff import Desk, hidden, signed_in
 from tests.web.test_portal import ALL
 
 Who = Literal["anonymous", "family", "other", "clinician", "lead", "administrator", "portal"]

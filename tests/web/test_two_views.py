@@ -17,9 +17,9 @@ from lubdub.views.servers import ViewsFull
 from lubdub.web.problems import Problem
 from lubdub.web.view import live_answer
 from tests.web.family import Family, case_in
+from tests.web.pages.test_handoff import code_for
+from tests.web.pages.test_view import CURRENT
 from tests.web.service import Service, eventually, free_port
-from tests.web.test_pages_handoff import code_for
-from tests.web.test_pages_view import CURRENT
 
 VIEW = "from lubdub.settings import Settings; from lubdub.web.serve import run_web; run_web(Settings(), 'view')"
 

@@ -19,9 +19,9 @@ from starlette.types import Receive, Scope, Send
 
 from lubdub.settings import Settings
 from lubdub.web.hosts import KnownHosts
+from tests.web.api.test_rest import problem
 from tests.web.family import Family
 from tests.web.service import Portal, Service, eventually
-from tests.web.test_rest import problem
 
 SMUGGLED = b"GET /api/v1/smuggled HTTP/1.1\r\nHost: x\r\n\r\n"
 

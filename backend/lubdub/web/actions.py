@@ -17,7 +17,7 @@ from lubdub.cases.store import Asked, CaseStore
 from lubdub.cases.uploads import Upload, Uploads
 from lubdub.cases.values import Actor, Case, NewCase, Receipt
 from lubdub.jobs.engine import JobEngine
-from lubdub.web.pages_samples import only_samples, refuse_others
+from lubdub.web.pages.samples import only_samples, refuse_others
 from lubdub.web.problems import Problem
 from lubdub.web.quotas import STEP, UploadQuotas
 

@@ -1,4 +1,4 @@
-"""The application: layers, REST, health, documentation and pages."""
+"""The application: layers, REST, health, documentation and site."""
 
 from __future__ import annotations
 
@@ -14,23 +14,8 @@ from lubdub import __version__
 from lubdub.jobs.metrics import serve_metrics, watch_database
 from lubdub.jobs.tracing import start_tracing
 from lubdub.settings import Settings
-from lubdub.web import (
-    api_cases,
-    api_embed,
-    api_events,
-    api_fhir,
-    api_keys,
-    api_oauth,
-    api_results,
-    api_samples,
-    api_sharing,
-    api_uploads,
-    api_webhooks,
-    docs,
-    handbook,
-    health,
-    pages,
-)
+from lubdub.web import docs, handbook, health, site
+from lubdub.web.api import cases, embed, events, fhir, keys, oauth, results, samples, sharing, uploads, webhooks
 from lubdub.web.documented import document_problems
 from lubdub.web.envelope import Envelope
 from lubdub.web.hosts import KnownHosts
@@ -39,17 +24,17 @@ from lubdub.web.problems import install_problems
 from lubdub.web.services import open_services
 
 REST = (
-    api_cases,
-    api_events,
-    api_uploads,
-    api_results,
-    api_fhir,
-    api_sharing,
-    api_samples,
-    api_webhooks,
-    api_embed,
-    api_keys,
-    api_oauth,
+    cases,
+    events,
+    uploads,
+    results,
+    fhir,
+    sharing,
+    samples,
+    webhooks,
+    embed,
+    keys,
+    oauth,
 )
 DESCRIPTION = (
     "Shows a lay person where on the chest in the uploaded scan the four usual heart-listening areas are estimated "
@@ -68,7 +53,7 @@ WebRole = Literal["web", "view"]
 def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
     """The web application. Nothing is opened before it starts; it closes what it opened when it stops.
 
-    `lubdub.web.pages.install(app)` brings the pages: routers, static files and `app.state.error_page`.
+    `lubdub.web.site.install(app)` brings the pages: routers, static files and `app.state.error_page`.
     """
 
     @asynccontextmanager
@@ -101,7 +86,7 @@ def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
     app.include_router(health.router)
     install_problems(app)
     if role == "view":
-        pages.install_views(app)
+        site.install_views(app)
     else:
         _install_all(app)
     app.add_middleware(GZipMiddleware, minimum_size=500, compresslevel=6)
@@ -115,9 +100,9 @@ def create_app(settings: Settings, role: WebRole = "web") -> FastAPI:
 def _install_all(app: FastAPI) -> None:
     for room in REST:
         app.include_router(room.router, prefix="/api/v1")
-    for room in (api_fhir, api_embed):
+    for room in (fhir, embed):
         app.include_router(room.public)
     app.include_router(docs.router)
     app.include_router(handbook.router)
     document_problems(app)
-    pages.install(app)
+    site.install(app)

@@ -10,7 +10,7 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat
 from lubdub.cases.sharing import SharingYes
 from lubdub.cases.states import Status
 from lubdub.cases.values import Answer, Case, Consent, NewCase, Receipt
-from lubdub.web.pages_samples import Sample
+from lubdub.web.pages.samples import Sample
 from lubdub.web.problems import MEDIA_TYPE, PROBLEMS
 
 CHILD_BELOW = 16

@@ -24,7 +24,7 @@ from lubdub.views.proxy_rules import FrameTooLarge, Gate, ViewerRole
 from lubdub.views.servers import ViewsFull
 from lubdub.web.deps import CaseDep, KnownFamilyDep, ServicesDep
 from lubdub.web.following import following
-from lubdub.web.pages_look import sides_of
+from lubdub.web.pages.look import sides_of
 from lubdub.web.problems import Problem
 from lubdub.web.view_desk import ViewDesk
 

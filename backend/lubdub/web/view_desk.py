@@ -26,7 +26,7 @@ from lubdub.views.servers import LiveServer, OpenView
 from lubdub.views.turning import turned
 from lubdub.web.following import RegisteredViews
 from lubdub.web.listeners import LastSeen
-from lubdub.web.pages_marks import Marks
+from lubdub.web.pages.marks import Marks
 
 PLACED_SPREAD_MM = 5.0
 """Shown with a placed point; the pipeline has its own numbers."""
