@@ -15,6 +15,7 @@ import numpy as np
 
 from lubdub.geometry.surface import Surface
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, LandmarkName, Patient
+from lubdub.stages import ADULT_STERNUM_MM
 from references.make.cameras import SCANNERS, Scene, Shot
 from references.make.moment import Moment, draw_moment
 from references.make.scan import joined
@@ -222,6 +223,25 @@ def inches_called_centimetres(staging: Staging) -> Draft:
 def scaled(factor: float) -> Callable[[Staging], Draft]:
     """A device that measures wrong: the file is so many times too large, and nobody knows."""
     return lambda staging: replace(staging.ordinary(), file_scale=factor)
+
+
+def sunken(mm: float) -> Callable[[Staging], Draft]:
+    """A funnel chest: the front about the breastbone's lower end lies so much deeper, at an adult's size."""
+
+    def work(staging: Staging) -> Draft:
+        draft = staging.ordinary()
+        notch, joint = draft.landmarks[:2]
+        length = float(np.linalg.norm(joint - notch))
+        deepest, depth = notch + 0.85 * (joint - notch), mm * length / ADULT_STERNUM_MM
+
+        def sink(places: np.ndarray) -> np.ndarray:
+            across, along, above = np.moveaxis((places - deepest) / length, -1, 0)
+            share = np.where(above > -0.4, np.exp(-((across / 0.3) ** 2 + (along / 0.4) ** 2) / 2), 0.0)
+            return places - depth * share[..., None] * np.array([0.0, 0.0, 1.0])
+
+        return draft.moved(sink)
+
+    return work
 
 
 def motion_blur(staging: Staging) -> Draft:

@@ -66,6 +66,7 @@ DAMAGES: tuple[Damage, ...] = (
     Damage("two people", damage.two_people),
     Damage("clicks on two people", damage.clicks_on_two_people),
     Damage("motion blur", damage.motion_blur),
+    Damage("breastbone sunk in by 25 mm", damage.sunken(25.0)),
 )
 
 

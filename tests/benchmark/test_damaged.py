@@ -8,6 +8,7 @@ import pytest
 from lubdub.library.load import load_library
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES
 from lubdub.scans.read import read_scan
+from lubdub.stages import ADULT_STERNUM_MM
 from tests.benchmark import damage
 from tests.benchmark.damage import Draft, Staging
 from tests.benchmark.damaged import DAMAGES, GOOD, Damage, far_off, limits_mm, measured, report
@@ -60,6 +61,18 @@ def test_half_a_scan_keeps_one_side_and_only_the_clicks_on_it(axis: int, side: f
     assert set(half.clicks) < set(LANDMARK_NAMES)
     for place in half.clicks.values():
         assert side * (place[axis] - middle) > -40
+
+
+def test_a_funnel_chest_is_deepest_at_the_breastbones_lower_end_and_its_marks_lie_in_it(ordinary: Draft) -> None:
+    sunken = damage.sunken(25.0)(staging())
+    sunk = (ordinary.surface.vertices - sunken.surface.vertices)[:, 2]
+    notch, joint = ordinary.landmarks[:2]
+    depth = 25.0 * np.linalg.norm(joint - notch) / ADULT_STERNUM_MM
+    deepest = ordinary.surface.vertices[np.argmax(sunk)]
+    assert 0.9 * depth < sunk.max() <= depth
+    assert np.linalg.norm((deepest - joint)[:2]) < 0.4 * np.linalg.norm(joint - notch)
+    assert np.linalg.norm(sunken.landmarks[1] - joint) > 0.7 * depth
+    assert sunken.clicks["xiphisternum"][2] < ordinary.clicks["xiphisternum"][2] - 0.7 * depth
 
 
 @pytest.mark.parametrize("name", LANDMARK_NAMES)

@@ -102,7 +102,8 @@ PAPER_METHOD = Reason(
 LOOKS_LIKE_A_BACK = Reason(
     "looks_like_a_back",
     "The marked side of the body looks like a back, not a chest.",
-    "Scan the front of the chest, from the neck to the belly button, and mark the points there.",
+    "Scan the front of the chest, from the neck to the belly button, and mark the points there."
+    " If this is the front and the breastbone is sunk in, Lubdub cannot find the places on this chest.",
 )
 FLAT_CHEST = Reason(
     "flat_chest",
