@@ -423,7 +423,7 @@ def test_tests_share_the_machine_and_those_with_a_browser_come_after_the_others(
     machine.words |= FIVE_PASSED
     machine.run("test")
     others, browsers = machine.calls("-m pytest")
-    assert "-n 2" in others
+    assert "-n 3" in others
     assert others.endswith("-m not browser")
     assert "-n 2" in browsers
     assert browsers.endswith("-m browser")
