@@ -178,7 +178,7 @@ def one_wild(name: LandmarkName) -> Callable[[Staging], Draft]:
 
     def make(staging: Staging) -> Draft:
         draft, random = staging.ordinary(), staging.random
-        angle, size = random.uniform(0, 2 * np.pi), staging.subject.sternum_mm / 150.0
+        angle, size = random.uniform(0, 2 * np.pi), staging.subject.sternum_mm / ADULT_STERNUM_MM
         off = random.uniform(60.0, 150.0) * max(size, 0.6) * np.array([np.cos(angle), np.sin(angle), 0.0])
         return draft.clicked(name, draft.clicks[name] + off)
 
@@ -188,7 +188,7 @@ def one_wild(name: LandmarkName) -> Callable[[Staging], Draft]:
 def hollow_clicked(staging: Staging) -> Draft:
     """The hollow one sees above the breastbone instead of the bone one feels: 20-30 mm too high in an adult."""
     draft = staging.ordinary()
-    high = staging.random.uniform(20.0, 30.0) * staging.subject.sternum_mm / 150.0
+    high = staging.random.uniform(20.0, 30.0) * staging.subject.sternum_mm / ADULT_STERNUM_MM
     return draft.clicked("suprasternal_notch", draft.clicks["suprasternal_notch"] + [0.0, high, 0.0])
 
 
@@ -247,7 +247,7 @@ def sunken(mm: float) -> Callable[[Staging], Draft]:
 def motion_blur(staging: Staging) -> Draft:
     """The person moved: two poses 5-20 mm apart lie over each other."""
     draft, random = staging.ordinary(), staging.random
-    size = max(0.5, staging.subject.sternum_mm / 150.0)
+    size = max(0.5, staging.subject.sternum_mm / ADULT_STERNUM_MM)
     direction = random.normal(size=3)
     shift = direction / np.linalg.norm(direction) * random.uniform(5.0, 20.0) * size
     second = Surface(draft.surface.vertices + shift, draft.surface.triangles)

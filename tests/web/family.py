@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass, field
 from typing import Any
 
 import httpx
@@ -16,40 +15,21 @@ from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.results import Outcome
 from lubdub.web.pages.questions import QUESTIONS
 from tests.views import sample
-from tests.web.service import Service, eventually
+from tests.web.service import eventually
+from tests.web.visitor import Visitor
 
 ABOUT = {"who": "child", "years": "6", "months": "0", "sex": "female", "posture": "supine"}
 NO_STOPS = {"heart_on_right": "no", "chest_operation_or_device": "no", "late_pregnancy": "no"}
 
 
-@dataclass
-class Family:
-    """One browser session at a running service."""
-
-    service: Service
-    http: httpx.Client = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.http = httpx.Client(base_url=self.service.settings.address, timeout=30, follow_redirects=True)
-
-    def get(self, path: str, expect: int = 200) -> str:
-        """A page's HTML."""
-        answer = self.http.get(path)
-        assert answer.status_code == expect, answer.text[:500]
-        return answer.text
+class Family(Visitor):
+    """A family's browser at a running service."""
 
     def token(self, path: str = "/ask/who") -> str:
         """The form token of the session."""
         found = re.search(r'name="csrf_token" value="([0-9a-f]+)"', self.get(path))
         assert found is not None
         return found.group(1)
-
-    def post(self, path: str, expect: int = 200, token: str | None = None, **fields: str) -> httpx.Response:
-        """Send a form as a page of ours would."""
-        data = {"csrf_token": self.token() if token is None else token, **fields}
-        answer = self.http.post(path, data=data, headers={"Origin": self.service.settings.address})
-        assert answer.status_code == expect, answer.text[:500]
-        return answer
 
     def asked(self, **changes: str) -> str:
         """Answers every question; the path of the page the family then stands on."""

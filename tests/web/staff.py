@@ -8,10 +8,9 @@ import secrets
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import timedelta
 
-import httpx
 import sqlalchemy as sa
 
 from lubdub.cases.clock import now
@@ -27,6 +26,7 @@ from lubdub.settings import Settings
 from lubdub.web.deps_desk import FRESH
 from lubdub.web.guard import desk_cookie_name
 from tests.web.service import Service
+from tests.web.visitor import Visitor
 
 PASSWORD = "three plain words"
 
@@ -83,32 +83,14 @@ def grow_old(service: Service, clinician: Clinician) -> None:
 
 
 @dataclass
-class Desk:
-    """One browser at a running service."""
+class Desk(Visitor):
+    """A clinician's browser at a running service."""
 
-    service: Service
     session: ClinicianSession | None = None
-    http: httpx.Client = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.http = httpx.Client(base_url=self.service.settings.address, timeout=30, follow_redirects=True)
-
-    def get(self, path: str, expect: int = 200) -> str:
-        """A page's HTML."""
-        answer = self.http.get(path)
-        assert answer.status_code == expect, answer.text[:500]
-        return answer.text
 
     def token(self, path: str = "/desk/account") -> str:
         """The form token of this browser; of the sign-in page's form when nobody is signed in."""
         return hidden(self.get(path), "csrf_token")
-
-    def post(self, path: str, expect: int = 200, token: str | None = None, **fields: str) -> httpx.Response:
-        """Send a form as a page of ours would."""
-        data = {"csrf_token": self.token() if token is None else token, **fields}
-        answer = self.http.post(path, data=data, headers={"Origin": self.service.settings.address})
-        assert answer.status_code == expect, answer.text[:500]
-        return answer
 
 
 def hidden(page: str, name: str) -> str:

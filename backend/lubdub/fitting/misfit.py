@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lubdub.fitting.shape import Pose, Target, body_of
+from lubdub.fitting.shape import Pose, Span, Target, body_of
 from lubdub.geometry.surface import vertex_normals
-from lubdub.results import ShapeBasis
+from lubdub.results import Fit, ShapeBasis
 
 
 def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> float:
@@ -35,3 +35,8 @@ def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> fl
     back = np.sort(np.minimum(cKDTree(vertices).query(some, distance_upper_bound=cap)[0], cap))
     oddness = float(np.sqrt(np.mean(pose.coefficients**2)))
     return float(there.mean() + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * oddness)
+
+
+def with_surprise(misfit: float, fit: Fit, sternum: Span | None, unlikely: float) -> float:
+    """The misfit, more for an unexpected size. unlikely: what one standard deviation costs, as a share; squared."""
+    return misfit * (1 + unlikely * sternum.surprise(fit)) if sternum else misfit

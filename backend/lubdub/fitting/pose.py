@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lubdub.fitting.misfit import misfit_mm
+from lubdub.fitting.misfit import misfit_mm, with_surprise
 from lubdub.fitting.shape import Pose, ShapeFitSettings, Span, Target, carried, fit_shape, start_pose, sternum_mm
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, vertex_normals
@@ -61,7 +61,7 @@ def find_pose(
     settings = settings or PoseSettings()
 
     def scored(misfit: float, fit: Fit) -> float:
-        return misfit * (1 + settings.unlikely * sternum.surprise(fit)) if sternum else misfit
+        return with_surprise(misfit, fit, sternum, settings.unlikely)
 
     target = _thinned(scan, settings)
     coarse = _coarse(basis)

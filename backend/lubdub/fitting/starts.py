@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lubdub.fitting.misfit import misfit_mm
+from lubdub.fitting.misfit import misfit_mm, with_surprise
 from lubdub.fitting.shape import Pose, Pull, Span, Target, carried, fit_shape, start_pose, sternum_mm
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, carry
@@ -41,7 +41,8 @@ SETTINGS = StartSettings()
 
 @dataclass(frozen=True)
 class End:
-    """Where a fit ended. misfit_mm: what it leaves unexplained, more for an unexpected size."""
+    """Where a fit ended. misfit_mm: what it leaves unexplained, see `misfit`, and more for loose skin and an unexpected
+    size: good for comparing ends alone."""
 
     pose: Pose
     fit: Fit
@@ -89,4 +90,4 @@ def best_end(
 def ended(pose: Pose, fit: Fit, basis: ShapeBasis, target: Target, sternum: Span | None = None) -> End:
     """A fit's end with its misfit. sternum: what age and sex let one expect."""
     misfit = misfit_mm(pose, basis, target, SETTINGS.misfit_limit_mm) + SETTINGS.closeness * fit.surface_residual_mm
-    return End(pose, fit, misfit * (1 + SETTINGS.unlikely * sternum.surprise(fit)) if sternum else misfit)
+    return End(pose, fit, with_surprise(misfit, fit, sternum, SETTINGS.unlikely))
