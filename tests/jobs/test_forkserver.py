@@ -140,7 +140,7 @@ def test_no_descriptor_and_no_zombie_is_left() -> None:
     for task in ("echo", "crash", "unreadable"):
         run(server, task)
     run(server, "hang", limits=Limits(wall_s=0.2))
-    assert open_descriptors() == here
+    assert open_descriptors() <= here
     # The server tidies up just after it has told us how the child ended.
     wait_until(lambda: descriptors_and_children(server.pid) == fresh)
     server.stop()
@@ -190,14 +190,14 @@ def test_stopping_ends_everything_and_can_be_repeated() -> None:
     server.stop()
     server.stop()
     assert not is_alive(pid)
-    assert open_descriptors() == before
+    assert open_descriptors() <= before
 
 
 def test_a_server_that_cannot_import_says_so(capfd: pytest.CaptureFixture[str]) -> None:
     before = open_descriptors()
     with pytest.raises(ForkServerFailed, match="could not start"):
         ForkServer(["no_such_module_anywhere"]).start()
-    assert open_descriptors() == before
+    assert open_descriptors() <= before
     assert "no_such_module_anywhere" in capfd.readouterr().err
 
 
