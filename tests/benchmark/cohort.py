@@ -37,10 +37,11 @@ from typing import Any
 import numpy as np
 
 from lubdub.fitting.shape import carried
-from lubdub.geometry.anchors import anchored
+from lubdub.geometry.anchors import Anchors, anchored
 from lubdub.geometry.surface import Surface
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Patient, ShapeBasis
 from references.make.anatomy import drop_on_skin
+from references.make.basis import with_marks_in_place
 from references.make.body import Workshop
 from references.make.cameras import SCANNERS, Scene, Shot
 from references.make.moment import Moment, breathe, draw_moment, raised_bed, tilted
@@ -124,18 +125,21 @@ def draw_person(seed: int, number: int) -> tuple[Subject, Person]:
     group = group_of(number)
     phenotype = _phenotype(random, group)
     subject = draw_subject(workshop(), random, phenotype, lying=draw_lying(random))
-    landmarks, areas = marks_on(subject.whole[workshop().torso.indices], shipped_library().basis)
-    subject = replace(subject, mesh_bones=landmarks[:2], mesh_areas=areas)
-    return subject, Person(f"{group.name} {number}", group.name)
+    landmarks = np.concatenate([subject.mesh_bones, subject.landmarks[2:]])
+    areas = areas_carried_by(subject.whole[workshop().torso.indices], landmarks, shipped_library().basis)
+    return replace(subject, mesh_areas=areas), Person(f"{group.name} {number}", group.name)
 
 
-def marks_on(vertices: np.ndarray, basis: ShapeBasis) -> tuple[np.ndarray, np.ndarray]:
-    """(5, 3) landmarks and (4, 3) areas of the average body on any body (n, 3) of the shared topology.
+def areas_carried_by(vertices: np.ndarray, landmarks: np.ndarray, basis: ShapeBasis) -> np.ndarray:
+    """(4, 3) where a body (n, 3) of the shared topology carries the average body's areas between its own landmarks.
 
-    The truth for a registration alone: what the mesh carries, whatever the bones under the skin do.
+    The truth for a registration alone, in the basis' own correspondences: its training bodies were slid like that.
+    landmarks: (5, 3) of a body whose bones follow its skin.
     """
-    body = carried(Surface(vertices, basis.triangles), basis)
-    return np.array(list(body.landmarks.values())), np.array(list(body.areas.values()))
+    anchors = Anchors(basis.landmark_corners, basis.landmark_weights)
+    slid = with_marks_in_place(workshop().torso, vertices, landmarks, anchors)
+    areas = np.array(list(carried(Surface(slid, basis.triangles), basis).areas.values()))
+    return Stage(Surface(vertices, basis.triangles)).nearest(areas)
 
 
 def _phenotype(random: np.random.Generator, group: Group) -> Phenotype:

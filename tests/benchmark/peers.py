@@ -6,9 +6,10 @@ trimesh wants a mesh to register to: it gets those points joined as the product 
 Delaunay triangulation along the view with its long edges dropped. Its steps, weights and thresholds are its defaults.
 `lubdub` needs no reference: it bends its shape basis and lays the result on the skin.
 
-What is carried over is marked on the topology that reference, shape basis and simulated person share: four places
-where the average body has its areas, and two where it has its bone points, for clicking. So the true mesh says where
-each of them lies on this person, whatever the bones under the skin do, and only the registration can miss it. The
+What is carried over are the average body's four areas, as the skin carries them between a body's own five landmarks:
+on the topology that reference, shape basis and simulated person share, the skin is slid until the shared landmarks lie
+on the body's own, as the bodies were from which the basis is drawn. Bones follow the skin here, and clicks lie about
+them. So the true mesh says where each area lies on this person, and only the registration can miss it. The
 error is that distance. Reading, cleaning and choosing are not timed. Where trimesh loses its footing and raises an
 error, that is a row too, without numbers.
 """
@@ -25,6 +26,7 @@ import numpy as np
 from lubdub import stages
 from lubdub.fitting.paper import fit_paper, front_of
 from lubdub.fitting.schedule import FAITHFUL
+from lubdub.fitting.shape import carried
 from lubdub.geometry.anchors import anchored
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.rigid import best_rigid
@@ -36,7 +38,7 @@ from lubdub.results import AREA_NAMES, LANDMARK_NAMES, AreaName, Library, Refere
 from lubdub.scans.clean import clean
 from lubdub.scans.read import read_scan
 from lubdub.scans.units import find_unit
-from tests.benchmark.cohort import cohort_case, group_of, marks_on
+from tests.benchmark.cohort import areas_carried_by, cohort_case, group_of
 from tests.benchmark.experiment import Cell, Experiment, Report, Row, Table, Unit
 from tests.benchmark.measure import Case
 
@@ -74,10 +76,10 @@ def ground_of(case: Case, library: Library) -> Ground:
 
 
 def _marked(reference: Reference, basis: ShapeBasis) -> Reference:
-    """The reference with its marks where the shared topology has them."""
-    landmarks, areas = marks_on(reference.surface.vertices, basis)
-    named = dict(zip(LANDMARK_NAMES, landmarks, strict=True)), dict(zip(AREA_NAMES, areas, strict=True))
-    return replace(reference, landmarks=named[0], areas=named[1])
+    """The reference with its areas where its skin carries those of the average body."""
+    landmarks = np.array([reference.landmarks[name] for name in LANDMARK_NAMES])
+    areas = areas_carried_by(reference.surface.vertices, landmarks, basis)
+    return replace(reference, areas=dict(zip(AREA_NAMES, areas, strict=True)))
 
 
 def by_lubdub(ground: Ground, vertices: int) -> Places:
@@ -87,8 +89,8 @@ def by_lubdub(ground: Ground, vertices: int) -> Places:
     if chest.overlay is None:
         raise ValueError("there is no overlay")
     to_ground = ground.chest.scan.body_from_file.after(chest.scan.body_from_file.inverse())
-    areas = marks_on(chest.overlay.surface.vertices, ground.library.basis)[1]
-    return dict(zip(AREA_NAMES, to_ground.apply(areas), strict=True))
+    areas = carried(chest.overlay.surface, ground.library.basis).areas
+    return {name: to_ground.apply(place) for name, place in areas.items()}
 
 
 def by_paper(ground: Ground, vertices: int) -> Places:

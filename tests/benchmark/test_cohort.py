@@ -5,8 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lubdub.fitting.shape import carried
 from lubdub.geometry.surface import Surface
-from lubdub.results import AREA_NAMES, LANDMARK_NAMES
+from lubdub.library.load import load_library
+from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Fit
 from lubdub.scans.read import read_scan
 from references.make.cameras import SCANNERS, Scene
 from references.make.moment import Moment, breathe, draw_moment, raised_bed, tilted
@@ -38,6 +40,29 @@ def test_every_place_lies_on_the_skin_however_it_is_bent(scene_and_places) -> No
     scene, places = scene_and_places
     for points in vars(places).values():
         np.testing.assert_allclose(Stage(scene.people).nearest(points), points, atol=0.2)
+
+
+@pytest.fixture(scope="module")
+def average() -> Fit:
+    basis = load_library().basis
+    return carried(Surface(basis.mean, basis.triangles), basis)
+
+
+def areas_between(average: Fit, landmarks: np.ndarray) -> np.ndarray:
+    return cohort.areas_carried_by(average.surface.vertices, landmarks, load_library().basis)
+
+
+def test_the_average_body_carries_its_own_areas_where_they_are(average: Fit) -> None:
+    found = areas_between(average, np.array(list(average.landmarks.values())))
+    np.testing.assert_allclose(found, list(average.areas.values()), atol=0.5)
+
+
+def test_carried_areas_go_with_bones_that_lie_higher_under_the_same_skin(average: Fit) -> None:
+    landmarks = np.array(list(average.landmarks.values()))
+    landmarks[:2, 1] += 10.0
+    moved = areas_between(average, landmarks) - list(average.areas.values())
+    np.testing.assert_allclose(moved[:, 0], 0.0, atol=2.0)
+    assert (moved[:3, 1] > 6.0).all(), "the apex also heeds the nipple, which stayed"
 
 
 def test_truth_keeps_its_distances_along_the_chest_when_the_bed_is_raised() -> None:

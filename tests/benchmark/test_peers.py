@@ -86,16 +86,6 @@ def test_landmarks_reach_trimesh_as_triangles_and_weights() -> None:
     assert np.allclose(carried, [[9, 9, 0], [1, 2, 0]])
 
 
-def test_a_mark_is_the_same_spot_of_the_shared_topology_on_every_body(ground: Ground) -> None:
-    basis = load_library().basis
-    landmarks, areas = peers.marks_on(basis.mean, basis)
-    stretched = peers.marks_on(basis.mean * [1.1, 0.9, 1.0], basis)
-    assert np.allclose(stretched[0], landmarks * [1.1, 0.9, 1.0])
-    assert np.allclose(stretched[1], areas * [1.1, 0.9, 1.0])
-    on_reference = peers.marks_on(ground.reference.surface.vertices, basis)[1]
-    assert np.allclose(list(ground.reference.areas.values()), on_reference)
-
-
 def test_every_contender_and_person_is_a_unit_of_its_own() -> None:
     units = list(peers.PEERS_EXPERIMENT.units(3, 1))
     assert len({unit.key for unit in units}) == len(units) == 3 * len(CONTENDERS)
