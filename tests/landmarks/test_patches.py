@@ -26,7 +26,7 @@ NIPPLES: tuple[LandmarkName, ...] = ("nipple_left", "nipple_right")
 SOFT: tuple[LandmarkName, ...] = ("navel", *NIPPLES)
 FIT = Fit(
     BODY.surface,
-    {name: place + [0.0, 18.0 if name in NIPPLES else 0.0, 0.0] for name, place in BODY.landmarks.items()},
+    {name: place + [0.0, 9.0 if name in NIPPLES else 0.0, 0.0] for name, place in BODY.landmarks.items()},
     {},
     1.0,
     1.0,

@@ -63,8 +63,8 @@ NAVEL = Prior(
     shift=(0.0, 0.0), spread=(0.02, 0.16), search=(6, 50), untold=0.02, patches=(0.04, 0.06, 0.085), stray=0.1
 )
 """Of babies most are fitted with the navel far too high."""
-NIPPLE = Prior(shift=(0.0, -0.10), spread=(0.11, 0.14), search=(20, 25), untold=0.05, patches=(0.06, 0.085, 0.12, 0.17))
-"""Fitted bodies have their nipples 0.8 S below the notch, people 0.85 to 1.15 S, women lying down up to 1.3 S."""
+NIPPLE = Prior(shift=(0.0, 0.0), spread=(0.08, 0.12), search=(20, 25), untold=0.05, patches=(0.06, 0.085, 0.12, 0.17))
+"""Of 94 simulated people nobody marked, the nipples lay 0.06 across and 0.125 along the body from the fitted body's."""
 PLACES = PlaceSettings()
 
 
