@@ -14,7 +14,7 @@ from lubdub.geometry.whereabouts import whereabouts
 from lubdub.report.listening_sheet import BAR_MM, CARD_MM, EDGE, listening_sheet, window_for
 from lubdub.report.listening_words import ListeningFacts, PlaceWords, listening_words
 from lubdub.report.marks import STYLES
-from lubdub.report.printing import PAPERS, Paper
+from lubdub.report.stationery import PAPERS, Paper
 from lubdub.results import Outcome
 from tests.views import sample
 

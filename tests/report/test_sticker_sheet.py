@@ -12,7 +12,7 @@ import pytest
 
 from lubdub.geometry.stickers import STICKERS, Sticker, StickerSize
 from lubdub.landmarks.stickers import marks_in
-from lubdub.report.printing import PAPERS, Paper
+from lubdub.report.stationery import PAPERS, Paper
 from lubdub.report.sticker_sheet import CHECK_MM, EDGE, sticker_middle, sticker_sheet, sticker_words
 from lubdub.web.languages import NAMES, words_of
 

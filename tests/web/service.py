@@ -16,7 +16,7 @@ from typing import Any
 import httpx
 
 from lubdub.cases import admin
-from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
+from lubdub.jobs.engine import UNTIL_INPUT_CLOSES
 from lubdub.settings import Settings
 
 ROOT = Path(__file__).parents[2]

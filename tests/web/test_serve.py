@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import socket
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -116,6 +117,14 @@ def test_the_welcome_says_where_everything_is(whole: Service) -> None:
     assert f"{whole.settings.address}/api/docs" in log
     assert "./lubdub admin key create" in log
     assert re.search(rf"{whole.settings.desk_address}/desk/join#[\w-]{{43}}\n", log)
+
+
+def test_a_web_process_starts_without_the_libraries_that_few_of_its_pages_need() -> None:
+    program = (
+        "import sys, lubdub.web.serve; print([name for name in ('fpdf', 'trimesh', 'open3d') if name in sys.modules])"
+    )
+    end = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert end.stdout.strip() == "[]"
 
 
 def test_a_port_that_is_taken_is_said_in_one_sentence(tmp_path: Path) -> None:

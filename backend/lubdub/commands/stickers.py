@@ -28,7 +28,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
 
 
 def _write(typed: argparse.Namespace) -> int:
-    from lubdub.report.printing import FontMissing
+    from lubdub.report.stationery import FontMissing
     from lubdub.report.sticker_sheet import sticker_sheet, sticker_words
     from lubdub.web.languages import languages, words_of
 

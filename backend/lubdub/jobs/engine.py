@@ -21,6 +21,8 @@ APPLICATION_VERSION = "1"
 
 POLL_S = 0.1
 """A free worker looks into the queue so often. At 0.4 s a twelfth of a busy worker's time went by waiting."""
+UNTIL_INPUT_CLOSES = "--until-input-closes"
+"""Told to a worker that its own web process starts: it ends with that process, whatever became of it."""
 LAST_TURN = 2**31 - 1
 """The largest number that DBOS takes for a place in the queue; the smallest goes first."""
 

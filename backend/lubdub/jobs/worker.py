@@ -20,7 +20,15 @@ from lubdub.cases.work import WorkDesk
 from lubdub.geometry.sparse import solver_name
 from lubdub.jobs.confinement import protection
 from lubdub.jobs.courier import Couriers
-from lubdub.jobs.engine import APPLICATION, APPLICATION_VERSION, POLL_S, QUEUE, WORKFLOW, jobs_url
+from lubdub.jobs.engine import (
+    APPLICATION,
+    APPLICATION_VERSION,
+    POLL_S,
+    QUEUE,
+    UNTIL_INPUT_CLOSES,
+    WORKFLOW,
+    jobs_url,
+)
 from lubdub.jobs.forkserver import ForkServer
 from lubdub.jobs.liveness import claim_name, open_locks
 from lubdub.jobs.logs import configure_logs
@@ -33,8 +41,6 @@ from lubdub.settings import Settings
 
 MANY_STARTS = 100
 """How often the queue may start a job. It does not count everywhere: the case's own count decides, see `WorkDesk`."""
-
-UNTIL_INPUT_CLOSES = "--until-input-closes"
 
 log = logging.getLogger(__name__)
 

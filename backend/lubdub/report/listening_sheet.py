@@ -10,8 +10,9 @@ from PIL import Image
 
 from lubdub.report.listening_words import ListeningFacts, ListeningWords
 from lubdub.report.marks import STYLES
-from lubdub.report.printing import INK, PAPERS, QUIET, TEAL, Colour, Paper, Sheet
+from lubdub.report.printing import INK, QUIET, TEAL, Colour, Sheet
 from lubdub.report.render import Plaster, View, brightness, look
+from lubdub.report.stationery import PAPERS, Paper
 from lubdub.results import Area, AreaName, CleanScan, Outcome
 
 EDGE = 12.0

@@ -3,42 +3,18 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import Literal
 
 from fpdf import FPDF
 from fpdf.enums import Align, WrapMode
 from fpdf.prefs import ViewerPreferences
 
 from lubdub.report.line_breaks import broken
+from lubdub.report.stationery import PAPERS, PLAIN, WIDE_FILES, Paper, Style, letters_for
 
-Paper = Literal["a4", "letter"]
 Colour = tuple[int, int, int]
-Style = Literal["", "B"]
-PAPERS: dict[Paper, tuple[float, float]] = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 """Written into every file as its time of making, so that the same sheet is the same bytes."""
 INK, QUIET, FAINT, TEAL = (22, 40, 44), (92, 101, 104), (170, 176, 176), (0, 98, 103)
-
-WIDE_FONT = Path(__file__).parents[3] / "frontend" / "node_modules" / "@expo-google-fonts" / "biz-udpgothic"
-"""Japanese letters, installed with the browser's parts; only those that are used go into a sheet."""
-WIDE_FILES: dict[Style, str] = {"": "400Regular/BIZUDPGothic_400Regular.ttf", "B": "700Bold/BIZUDPGothic_700Bold.ttf"}
-PLAIN = str.maketrans({"‘": "'", "’": "'", "“": '"', "”": '"', "–": "-", "—": "-", "…": "...", "\u00a0": " "})
-"""The typeface every PDF reader has knows no typographic quotes and dashes."""
-
-
-class FontMissing(Exception):
-    """The letters of this language are not installed. The text says what to do."""
-
-
-def letters_for(text: str, style: Style = "B") -> Path | None:
-    """The TrueType file that has the text's letters; None when the usual ones do. Raises FontMissing."""
-    if _is_plain(text):
-        return None
-    file = WIDE_FONT / WIDE_FILES[style]
-    if not file.is_file():
-        raise FontMissing("The letters for this language are not installed. Run ./lubdub setup to fetch them.")
-    return file
 
 
 class Sheet(FPDF):
@@ -97,11 +73,3 @@ class Sheet(FPDF):
         self.pen(INK, 0.2)
         for step in range(1, int(length) // 10 + (length % 10 > 0)):
             self.line(left + 10 * step, top - 1.5, left + 10 * step, top + 1.5)
-
-
-def _is_plain(text: str) -> bool:
-    try:
-        text.translate(PLAIN).encode("latin-1")
-    except UnicodeEncodeError:
-        return False
-    return True

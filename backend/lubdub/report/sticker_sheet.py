@@ -12,7 +12,8 @@ from itertools import pairwise
 from fpdf.enums import Align
 
 from lubdub.geometry.stickers import BONES, MARK_CELLS, SMALL_UNTIL_YEARS, STICKERS, Bone, Sticker, StickerSize
-from lubdub.report.printing import FAINT, INK, QUIET, TEAL, Paper, Sheet
+from lubdub.report.printing import FAINT, INK, QUIET, TEAL, Sheet
+from lubdub.report.stationery import Paper
 
 CHECK_MM = 50.0
 EDGE = 18.0

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-import trimesh
 import viser
 
 from lubdub.geometry.raycast import SkinCaster
@@ -158,6 +157,8 @@ def _fit_layers(scene: viser.SceneApi, computed: Outcome) -> dict[str, Any]:
         receive_shadow=False,
         visible=False,
     )
+    import trimesh  # takes long to load, and only a clinician looks at the misfit
+
     colours = misfit_colours(SkinCaster(body).distances(skin.vertices))
     painted = trimesh.Trimesh(skin.vertices * VIEW, skin.triangles, vertex_colors=colours, process=False)
     heat = scene.add_mesh_trimesh("/misfit", painted, visible=False, cast_shadow=False, receive_shadow=False)

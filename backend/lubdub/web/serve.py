@@ -18,9 +18,9 @@ from fastapi import FastAPI
 
 from lubdub.cases.admin import first_link
 from lubdub.cases.opening import CannotOpen, open_cases
+from lubdub.jobs.engine import UNTIL_INPUT_CLOSES
 from lubdub.jobs.logs import configure_logs
 from lubdub.jobs.tracing import check_traceable
-from lubdub.jobs.worker import UNTIL_INPUT_CLOSES
 from lubdub.safety import warnings
 from lubdub.settings import Settings
 from lubdub.web.app import WebRole, create_app

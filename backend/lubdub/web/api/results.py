@@ -16,9 +16,8 @@ from lubdub.cases.reviewing import Review
 from lubdub.cases.states import HAS_RESULT, TURNED_DOWN
 from lubdub.cases.values import Actor, Case
 from lubdub.report.archive import outcome_from_bytes
-from lubdub.report.listening_sheet import listening_sheet
 from lubdub.report.listening_words import listening_words
-from lubdub.report.printing import Paper
+from lubdub.report.stationery import Paper
 from lubdub.results import Outcome
 from lubdub.views.export import STATIC_POLICY, result_html
 from lubdub.web.api.cases import USUAL, CaseId
@@ -128,6 +127,8 @@ def read_sheet(
     paper: Paper = "a4",
 ) -> Response:
     """The sheet to print: the chest to scale with the four places, and how to find them. It says no name."""
+    from lubdub.report.listening_sheet import listening_sheet  # the PDF library takes long to load
+
     case = store.note_reading(actor, case_id, "sheet.read")
     request.state.person = _spoken_of(actor, case)
     outcome, review = _shown(case, actor, files, reviews)

@@ -14,7 +14,7 @@ from fastapi.responses import HTMLResponse
 from jinja2 import Environment, FileSystemLoader, select_autoescape
 from markupsafe import Markup
 
-from lubdub.report.printing import FontMissing, letters_for
+from lubdub.report.stationery import FontMissing, letters_for
 from lubdub.views.scene import Sides
 from lubdub.views.stickers import AREA_STYLES, Colour
 from lubdub.web.framing import told_to_portal

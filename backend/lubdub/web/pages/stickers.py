@@ -9,8 +9,7 @@ from fastapi.responses import Response
 
 from lubdub.cases.values import Case
 from lubdub.geometry.stickers import SMALL_UNTIL_YEARS, StickerSize
-from lubdub.report.printing import Paper
-from lubdub.report.sticker_sheet import sticker_sheet, sticker_words
+from lubdub.report.stationery import Paper
 from lubdub.results import Examination
 from lubdub.web.languages import language_of, words_of
 
@@ -46,4 +45,6 @@ def marked_by_stickers(examination: Examination) -> dict[str, list[float]]:
 
 @lru_cache(maxsize=16)
 def _drawn(paper: Paper, size: StickerSize, language: str) -> bytes:
+    from lubdub.report.sticker_sheet import sticker_sheet, sticker_words  # the PDF library takes long to load
+
     return sticker_sheet(paper, size, sticker_words(size, words_of(language).gettext), language)
