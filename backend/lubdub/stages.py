@@ -14,7 +14,7 @@ from lubdub.areas.words import instruction
 from lubdub.fitting.pose import find_pose
 from lubdub.fitting.refine import refine
 from lubdub.fitting.shape import Pose, Pull, ShapeFitSettings, Span, Target, carried, fit_shape
-from lubdub.fitting.starts import End, best_end, ended, sized_starts, start_from
+from lubdub.fitting.starts import End, best_end, ended, sized_starts, start_from, starts_at_notch
 from lubdub.geometry.colour import Tint
 from lubdub.geometry.frames import Similarity, body_axes
 from lubdub.geometry.neighbours import SurfaceFinder
@@ -180,7 +180,9 @@ def _second_look(chest: Chest, basis: ShapeBasis) -> Chest:
         for name, pull in _pulls(places, chest.patient).items()
     }
     sternum = expected_sternum(chest.patient)
-    end = best_end(target, pulls, basis, _sized(start_from(places, basis), places, basis, sternum), sternum)
+    starts = _sized(start_from(places, basis), places, basis, sternum)
+    starts += starts_at_notch(chest.fit, places["navel"], basis, sternum)
+    end = best_end(target, pulls, basis, starts, sternum)
     if end.misfit_mm >= ended(chest.pose, chest.fit, basis, target, sternum).misfit_mm:
         return chest
     return _straightened(replace(chest, landmarks={**chest.landmarks, **suggest_bones(chest.scan, end.fit)}), end, {})

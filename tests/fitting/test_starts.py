@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lubdub.fitting.shape import Pull, Span, Target, body_of, carried, fit_shape, sternum_mm
-from lubdub.fitting.starts import SETTINGS, best_end, ended, sized_starts, start_from
+from lubdub.fitting.starts import SETTINGS, best_end, ended, sized_starts, start_from, starts_at_notch
 from lubdub.geometry.surface import Surface
 from lubdub.library.load import load_library
 from lubdub.results import LandmarkName
@@ -43,6 +43,26 @@ def test_a_start_of_the_expected_size_has_the_expected_breastbone() -> None:
     expected = sized_starts(start, MIDDLE, BASIS, Span(123.0, 20.0))[len(SETTINGS.sizes)]
     body = carried(Surface(body_of(expected, BASIS), BASIS.triangles), BASIS)
     assert sternum_mm(body) == pytest.approx(123.0)
+
+
+def test_a_stretched_fit_is_tried_again_from_its_notch_to_the_navel_and_with_the_expected_breastbone() -> None:
+    start = start_from({name: SCAN.landmarks[name] for name in SEEN}, BASIS)
+    _, fit = fit_shape(TARGET, PULLS, BASIS, start)
+    navel = SCAN.landmarks["navel"]
+    to_navel, expected = (
+        carried(Surface(body_of(one, BASIS), BASIS.triangles), BASIS)
+        for one in starts_at_notch(fit, navel, BASIS, Span(0.7 * sternum_mm(fit), 20.0))
+    )
+    notch = fit.landmarks["suprasternal_notch"]
+    assert to_navel.landmarks["suprasternal_notch"][1] == pytest.approx(notch[1])
+    assert to_navel.landmarks["navel"][1] == pytest.approx(navel[1])
+    assert expected.landmarks["suprasternal_notch"][1] == pytest.approx(notch[1])
+    assert sternum_mm(expected) == pytest.approx(0.7 * sternum_mm(fit), rel=0.05)
+
+
+def test_without_an_expected_breastbone_the_notch_and_navel_alone_hang_a_body_up() -> None:
+    _, fit = fit_shape(TARGET, PULLS, BASIS, start_from({name: SCAN.landmarks[name] for name in SEEN}, BASIS))
+    assert len(starts_at_notch(fit, SCAN.landmarks["navel"], BASIS, None)) == 1
 
 
 def test_no_start_ends_worse_than_the_best_end() -> None:

@@ -15,7 +15,7 @@ from lubdub.fitting.misfit import misfit_mm, with_surprise
 from lubdub.fitting.shape import Pose, Pull, Span, Target, carried, fit_shape, start_pose, sternum_mm
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, carry
-from lubdub.results import LANDMARK_NAMES, Fit, LandmarkName, ShapeBasis
+from lubdub.results import BONE_LANDMARKS, LANDMARK_NAMES, Fit, LandmarkName, ShapeBasis
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,20 @@ def sized_starts(start: Pose, middle: np.ndarray, basis: ShapeBasis, sternum: Sp
         expected = sternum.length_mm / sternum_mm(carried(Surface(basis.mean, basis.triangles), basis))
         scales += [expected * size for size in SETTINGS.expected_sizes]
     return [_resized(start, scale / suggested, middle) for scale in scales]
+
+
+def starts_at_notch(fit: Fit, navel: np.ndarray, basis: ShapeBasis, sternum: Span | None) -> list[Pose]:
+    """Mean bodies hung up at a fitted body's notch: one reaching to a navel (3,), one sized by the expected breastbone.
+
+    The neck shows the notch best. A modelled woman of another origin, unmarked, whose fit had followed her breasts
+    down, was 22 mm off without these starts and 7 with them; for 56 simulated people they changed little.
+    """
+    notch, joint = (fit.landmarks[name] for name in BONE_LANDMARKS)
+    sized: list[dict[LandmarkName, np.ndarray]] = [{"suprasternal_notch": notch, "navel": navel}]
+    if sternum is not None:
+        expected = notch + (joint - notch) * sternum.length_mm / sternum_mm(fit)
+        sized.append({"suprasternal_notch": notch, "xiphisternum": expected})
+    return [start_from(places, basis) for places in sized]
 
 
 def _resized(start: Pose, size: float, middle: np.ndarray) -> Pose:
