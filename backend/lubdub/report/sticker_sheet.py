@@ -100,8 +100,8 @@ def sticker_sheet(
     _line_to_check(page, words)
     _two_stickers(page, words, size)
     _where_they_go(page, words)
-    page.words(233.0, words.scan_heading, 13, "B", TEAL)
-    page.words(240.0, words.scan_how, 11)
+    page.words(236.0, words.scan_heading, 13, "B", TEAL)
+    page.words(243.0, words.scan_how, 11)
     return bytes(page.output())
 
 
@@ -151,11 +151,11 @@ def _runs(cells: list[bool]) -> list[tuple[int, int]]:
 
 
 def _where_they_go(page: Sheet, words: SheetWords) -> None:
-    page.words(141.0, words.stick_heading, 13, "B", TEAL)
-    _chest(page, EDGE, 149.0, 72.0)
+    page.words(144.0, words.stick_heading, 13, "B", TEAL)
+    _chest(page, EDGE, 152.0, 72.0)
     left, width = EDGE + 80.0, page.w - 2 * EDGE - 80.0
     end = 0.0
-    for top, words_of in ((152.0, words.stick_top), (180.0, words.stick_end), (208.0, words.not_on)):
+    for top, words_of in ((155.0, words.stick_top), (183.0, words.stick_end), (211.0, words.not_on)):
         end = page.words(max(top, end + 2.5), words_of, 11, left=left, width=width)
 
 
