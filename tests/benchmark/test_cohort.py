@@ -1,15 +1,19 @@
 """Simulated people: the truth goes wherever the skin goes, and the same seed is the same file."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from lubdub.fitting.shape import carried
+from lubdub.geometry.anchors import Anchors
 from lubdub.geometry.surface import Surface
 from lubdub.library.load import load_library
 from lubdub.results import AREA_NAMES, LANDMARK_NAMES, Fit
 from lubdub.scans.read import read_scan
+from references.make.basis import with_marks_in_place
 from references.make.cameras import SCANNERS, Scene
 from references.make.moment import Moment, breathe, draw_moment, raised_bed, tilted
 from references.make.scan import Stage
@@ -63,6 +67,21 @@ def test_carried_areas_go_with_bones_that_lie_higher_under_the_same_skin(average
     moved = areas_between(average, landmarks) - list(average.areas.values())
     np.testing.assert_allclose(moved[:, 0], 0.0, atol=2.0)
     assert (moved[:3, 1] > 6.0).all(), "the apex also heeds the nipple, which stayed"
+
+
+@pytest.mark.parametrize("name", ["girl-04-chubby", "man-25", "woman-33-large-breasts"])
+def test_skin_slid_until_all_marks_are_in_place_is_still_the_same_skin(name: str) -> None:
+    library, known = load_library(), cohort.workshop().torso
+    torso = replace(known, trunk=np.where(known.trunk > 0, 1.0, 0.0))
+    (body,) = (one for one in library.references if one.id == name)
+    landmarks = np.array([body.landmarks[one] for one in LANDMARK_NAMES])
+    marks = Anchors(library.basis.landmark_corners, library.basis.landmark_weights)
+    slid = with_marks_in_place(torso, body.surface.vertices, landmarks, marks)
+    np.testing.assert_allclose(marks.on(slid)[:, :2], landmarks[:, :2], atol=1.0)
+    chest = slid[(torso.trunk > 0.9) & (slid[:, 2] > 0)][::20]
+    off = np.linalg.norm(Stage(body.surface).nearest(chest) - chest, axis=1)
+    assert np.median(off) < 1.0
+    assert np.percentile(off, 95) < 5.0, "the flanks of large breasts are steeper than a slide follows"
 
 
 def test_truth_keeps_its_distances_along_the_chest_when_the_bed_is_raised() -> None:
