@@ -72,9 +72,9 @@ class StageSettings:
     sternum_share: float = 0.16
     """How far a breastbone is from what age and sex let one expect: 8 % between people, and a stature unknown."""
     pose_margin: float = 0.18
-    """By how much the best turn must beat every other: of 320 simulated people lying anyhow, those taken the wrong way
-    up had 0 to 0.144 (or a misfit far beyond its limit), of 120 looked at one by one the others had 0.21 and more; but
-    for small children,"""
+    """By how much the best turn must beat every other: of 120 simulated people lying anyhow, the two taken the wrong
+    way up and not refused by their misfit had 0.085 and 0.1, one of the cohort 0.144; the others 0.21 and more, but for
+    small children,"""
     small_pose_margin: float = 0.3
     """whose belly is as round as their chest: one of 18 lay the wrong way up with 0.24; 3 of 18 are asked instead."""
     small_years: float = 4.0
