@@ -44,8 +44,8 @@ def shifted(laid: stages.Laid, mm: float, size: float = 1.0) -> stages.Laid:
 def left_unexplained_mm(chest: Chest, library: Library) -> float:
     assert chest.pose is not None
     assert chest.fit is not None
-    sternum = stages.expected_sternum(chest.patient)
-    return ended(chest.pose, chest.fit, library.basis, Target.of(chest.scan), sternum).misfit_mm
+    expected = stages.expected(chest.patient, library.basis)
+    return ended(chest.pose, chest.fit, library.basis, Target.of(chest.scan), expected).misfit_mm
 
 
 @pytest.mark.parametrize("mm", [-60.0, 0.0, 60.0])

@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from lubdub.geometry.builds import Builds
 from lubdub.geometry.colour import Colouring
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.signs import Signs
@@ -23,8 +24,7 @@ VerdictWord = Literal["show", "show_with_care", "refuse"]
 
 AREA_NAMES: tuple[AreaName, ...] = get_args(AreaName)  # in listening order
 LANDMARK_NAMES: tuple[LandmarkName, ...] = get_args(LandmarkName)
-PUBERTY_YEARS = 12.0
-"""From here on, a girl's or woman's breasts may move the skin of the chest against the ribs."""
+PUBERTY_YEARS = 12.0  # from here on, a girl's or woman's breasts may move the skin of the chest against the ribs
 BONE_LANDMARKS: tuple[LandmarkName, ...] = ("suprasternal_notch", "xiphisternum")
 
 Progress = Callable[[str, float], None]
@@ -163,7 +163,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class ShapeBasis:
-    """A linear model of lying torsos: vertices = mean + modes^T c, c ~ N(0, 1), up to a similarity.
+    """A linear model of lying torsos: vertices = mean + modes^T c, c ~ N(0, 1) over all people, up to a similarity.
 
     mean: (n, 3); modes: (k, n, 3), each one standard deviation; triangles: (m, 3). landmark_corners, landmark_weights:
     (5, 3) barycentric places in the order of LANDMARK_NAMES; area_corners, area_weights: (2, 4, 3) in that of
@@ -178,6 +178,7 @@ class ShapeBasis:
     area_corners: np.ndarray
     area_weights: np.ndarray
     data_weight: np.ndarray
+    builds: Builds
 
 
 @dataclass(frozen=True)
@@ -201,11 +202,9 @@ class RankedReference:
 
 @dataclass(frozen=True)
 class Fit:
-    """A body bent onto the scan. landmarks, areas: name -> (3,), carried by the mesh.
-
-    surface_residual_mm: root mean square distance of matched skin; matched_share: how much of the visible
-    trunk found skin; strangeness: root mean square shape coefficient (about 0.6 is usual, above 1 is odd).
-    """
+    """A body bent onto the scan. landmarks, areas: name -> (3,), carried by the mesh. surface_residual_mm: root mean
+    square distance of matched skin; matched_share: how much of the visible trunk found skin; strangeness: root mean
+    square shape coefficient against what was expected (0.2 is usual)."""
 
     surface: Surface
     landmarks: Mapping[LandmarkName, np.ndarray]
@@ -289,11 +288,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Examination:
-    """What is known before any landmark is placed. coverage: of the chest's front; None when its lie is unclear."""
+    """What is known before any landmark is placed. coverage: of the chest's front; None when its lie is unclear; size:
+    `width_mm`, `length_mm`, `depth_mm` of the cleaned body, `chest_width_mm` when found."""
 
     scan: CleanScan
     size: Mapping[str, float]
-    """`width_mm`, `length_mm`, `depth_mm` of the cleaned body, `chest_width_mm` when found."""
     coverage: float | None
     suggested: Landmarks
     warnings: tuple[Reason, ...]

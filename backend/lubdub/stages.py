@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lubdub.areas.anatomy import age_from_sternum, sternum_length_mm, still_high
-from lubdub.areas.project import Skin, snap_to_file
+from lubdub.areas.project import Skin, on_file
 from lubdub.areas.rule import region_radius_mm, sigma_on_skin
 from lubdub.areas.words import instruction
+from lubdub.fitting.expected import Expected, Span, expect
 from lubdub.fitting.pose import find_pose
 from lubdub.fitting.refine import refine
-from lubdub.fitting.shape import Pose, Pull, ShapeFitSettings, Span, Target, carried, fit_shape
+from lubdub.fitting.shape import Pose, Pull, ShapeFitSettings, Target, carried, fit_shape
 from lubdub.fitting.starts import End, best_end, ended, sized_starts, start_from, starts_at_notch
 from lubdub.geometry.colour import Tint
 from lubdub.geometry.frames import Similarity, body_axes
@@ -124,8 +125,8 @@ def lay_down(
     if can_frame(clicked):
         move = frame_from_landmarks(clicked, scan.points, scan.normals)
         given = {name: move.apply(place) for name, place in clicked.items()}
-        return Laid(scan.moved(move), given, start_from(given, basis), by_sticker, tint)
-    found = find_pose(scan, basis, sternum=expected_sternum(patient))
+        return Laid(scan.moved(move), given, start_from(given, basis, expected(patient, basis)), by_sticker, tint)
+    found = find_pose(scan, basis, expected=expected(patient, basis))
     rotation = found.pose.body_from_basis.rotation.T
     move = Similarity(1.0, rotation, -rotation @ found.fit.landmarks["suprasternal_notch"])
     if found.misfit_mm > SETTINGS.pose_misfit_mm * found.pose.body_from_basis.scale:
@@ -144,8 +145,8 @@ def _margin_needed(patient: Patient, fit: Fit) -> float:
 
 def check(laid: Laid, patient: Patient) -> tuple[Reason, ...]:
     """Whether the given landmarks can belong to one body of this age. Raises ScanRefused when not."""
-    expected = expected_sternum(patient)
-    return check_landmarks(laid.scan, laid.given, expected.length_mm if expected else None)
+    sternum = expected_sternum(patient)
+    return check_landmarks(laid.scan, laid.given, sternum.length_mm if sternum else None)
 
 
 def understand(laid: Laid, patient: Patient, method: MethodName, library: Library) -> Chest:
@@ -155,10 +156,10 @@ def understand(laid: Laid, patient: Patient, method: MethodName, library: Librar
         return Chest(laid.scan, given, patient, _age(patient, given, None))
     # Bone clicks do not pull the body: skin and clicks are then two witnesses who have not heard each other.
     seen = {name: place for name, place in laid.given.items() if name not in BONE_LANDMARKS}
-    target, sternum, starts = Target.of(laid.scan), expected_sternum(patient), [laid.start]
+    target, body, starts = Target.of(laid.scan), expected(patient, library.basis), [laid.start]
     if seen and not all(name in laid.given for name in BONE_LANDMARKS):
-        starts = _sized(laid.start, seen, library.basis, sternum)
-    end = best_end(target, _pulls(seen, patient), library.basis, starts, sternum)
+        starts = _sized(laid.start, seen, library.basis, body)
+    end = best_end(target, _pulls(seen, patient), library.basis, starts, body)
     chest = _straightened(Chest(laid.scan, given, patient, _age(patient, given, end.fit)), end, laid.given)
     if len(given) == len(LANDMARK_NAMES):
         return chest
@@ -180,18 +181,23 @@ def _second_look(chest: Chest, basis: ShapeBasis) -> Chest:
         name: Pull(pull.position, float(np.hypot(pull.sigma_mm, seen[name].uncertainty_mm)))
         for name, pull in _pulls(places, chest.patient).items()
     }
-    sternum = expected_sternum(chest.patient)
-    starts = _sized(start_from(places, basis), places, basis, sternum)
-    starts += starts_at_notch(chest.fit, places["navel"], basis, sternum)
-    end = best_end(target, pulls, basis, starts, sternum)
-    if end.misfit_mm >= ended(chest.pose, chest.fit, basis, target, sternum).misfit_mm:
+    body = expected(chest.patient, basis)
+    starts = _sized(start_from(places, basis, body), places, basis, body)
+    starts += starts_at_notch(chest.fit, places["navel"], basis, body)
+    end = best_end(target, pulls, basis, starts, body)
+    if end.misfit_mm >= ended(chest.pose, chest.fit, basis, target, body).misfit_mm:
         return chest
     return _straightened(replace(chest, landmarks={**chest.landmarks, **suggest_bones(chest.scan, end.fit)}), end, {})
 
 
-def _sized(start: Pose, seen: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis, sternum: Span | None) -> list[Pose]:
+def _sized(start: Pose, seen: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis, body: Expected) -> list[Pose]:
     """Starts of several sizes about the middle of the landmarks seen on the skin."""
-    return sized_starts(start, np.mean(list(seen.values()), axis=0), basis, sternum)
+    return sized_starts(start, np.mean(list(seen.values()), axis=0), basis, body)
+
+
+def expected(patient: Patient, basis: ShapeBasis) -> Expected:
+    """The body of such a person before anybody looks at the scan."""
+    return expect(basis, patient.age_years, patient.sex, expected_sternum(patient))
 
 
 def expected_sternum(patient: Patient) -> Span | None:
@@ -210,8 +216,8 @@ def with_overlay(chest: Chest, method: MethodName, library: Library) -> Chest:
     pulls = {name: Pull(mark.position, mark.uncertainty_mm) for name, mark in marked.items()}
     target, body = Target.of(chest.scan), chest.fit
     if pulls:
-        sternum = expected_sternum(chest.patient)
-        _, body = fit_shape(target, pulls, library.basis, chest.pose, SETTINGS.to_clicks, sternum)
+        usual = expected(chest.patient, library.basis)
+        _, body = fit_shape(target, pulls, library.basis, chest.pose, SETTINGS.to_clicks, usual)
     overlay = refine(body, target, pulls, library.basis)
     areas = carried(overlay.surface, library.basis, still_high(chest.age_years)).areas
     return replace(chest, overlay=replace(overlay, areas=areas))
@@ -270,7 +276,7 @@ def project(chest: Chest, located: Located, raw: RawScan) -> tuple[dict[AreaName
     areas, gaps = {}, {}
     for name, estimate in located.areas.items():
         place = skin.drop(estimate.position)
-        position = snap_to_file(place.position, finder, chest.scan.body_from_file)
+        position = on_file(place, finder, chest.scan.body_from_file)
         words = instruction(whereabouts(caster, place.position, notch))
         radius = region_radius_mm(sigma_on_skin(estimate.sigma_mm, place.normal))
         areas[name] = Area(position, place.normal, radius, words)

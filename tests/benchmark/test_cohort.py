@@ -77,11 +77,9 @@ def test_skin_slid_until_all_marks_are_in_place_is_still_the_same_skin(name: str
     landmarks = np.array([body.landmarks[one] for one in LANDMARK_NAMES])
     marks = Anchors(library.basis.landmark_corners, library.basis.landmark_weights)
     slid = with_marks_in_place(torso, body.surface.vertices, landmarks, marks)
-    np.testing.assert_allclose(marks.on(slid)[:, :2], landmarks[:, :2], atol=1.0)
-    chest = slid[(torso.trunk > 0.9) & (slid[:, 2] > 0)][::20]
-    off = np.linalg.norm(Stage(body.surface).nearest(chest) - chest, axis=1)
-    assert np.median(off) < 1.0
-    assert np.percentile(off, 95) < 5.0, "the flanks of large breasts are steeper than a slide follows"
+    np.testing.assert_allclose(marks.on(slid), landmarks, atol=1.0)
+    off = np.linalg.norm(Stage(body.surface).nearest(slid) - slid, axis=1)
+    assert off.max() < 0.01
 
 
 def test_truth_keeps_its_distances_along_the_chest_when_the_bed_is_raised() -> None:

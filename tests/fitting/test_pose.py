@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from lubdub.fitting.expected import Span, expect
 from lubdub.fitting.pose import find_pose
 from lubdub.geometry.surface import Surface
 from lubdub.library.load import load_library
@@ -27,3 +28,22 @@ def test_a_belly_alone_is_no_body() -> None:
     found = find_pose(clean_scan(body, np.array([0.0, 0.0, 1.0])), BASIS)
     whole = find_pose(clean_scan(torso_scan().surface, np.array([0.0, 0.0, 1.0])), BASIS)
     assert found.misfit_mm / found.pose.body_from_basis.scale > 2 * whole.misfit_mm / whole.pose.body_from_basis.scale
+
+
+def hill(length: float, breadth: float, height: float) -> Surface:
+    """A featureless hill that looks the same with its ends exchanged."""
+    u, v = np.meshgrid(np.linspace(-1, 1, 90), np.linspace(-1, 1, 126))
+    z = height * np.sqrt(np.clip(1 - 0.8 * v**2 - 0.9 * u**2, 0, None))
+    corner = np.arange(u.size).reshape(u.shape)
+    a, b, c, d = (part.ravel() for part in (corner[:-1, :-1], corner[:-1, 1:], corner[1:, :-1], corner[1:, 1:]))
+    triangles = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
+    return Surface(np.stack([u * breadth / 2, v * length / 2, z], -1).reshape(-1, 3), triangles)
+
+
+@pytest.mark.parametrize(("length", "breadth", "height"), [(260.0, 160.0, 60.0), (300.0, 170.0, 70.0)])
+def test_what_looks_the_same_upside_down_has_no_margin_even_where_another_start_went_astray(
+    length: float, breadth: float, height: float
+) -> None:
+    scan = clean_scan(hill(length, breadth, height), np.array([0.0, 0.0, 1.0]), noise_mm=0.5)
+    expected = expect(BASIS, 3.0, "male", Span(77.0, 12.0))
+    assert find_pose(scan, BASIS, expected=expected).margin < 0.15

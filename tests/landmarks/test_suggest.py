@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,12 +10,14 @@ from lubdub.geometry.surface import Surface
 from lubdub.landmarks.suggest import suggest
 from lubdub.library.load import load_library
 from lubdub.results import LANDMARK_NAMES, CleanScan, Fit, Landmark, LandmarkName
+from references.make.scan import Stage
 from tests.bodies import torso_scan
 from tests.scanned import clean_scan
 
 FRONT = np.array([0.0, 0.0, 1.0])
 BODY = torso_scan(breast=0.35)
 SCAN = clean_scan(BODY.surface, FRONT, count=20000)
+BODY_SKIN = Stage(BODY.surface)
 SIGNS = load_library().signs
 SOFT: tuple[LandmarkName, ...] = ("navel", "nipple_left", "nipple_right")
 TOO_HIGH_MM = 18.0
@@ -39,12 +42,30 @@ def off_mm(found: Mapping[LandmarkName, Landmark], name: LandmarkName) -> float:
     return float(np.linalg.norm(found[name].position - BODY.landmarks[name]))
 
 
+def above_skin_mm(place: np.ndarray) -> float:
+    return float(np.linalg.norm(BODY_SKIN.nearest(place[None])[0] - place))
+
+
 def test_all_five_are_suggested_on_the_scanned_skin() -> None:
     found = suggested(fitted(suprasternal_notch=np.array([0.0, 0.0, 7.0])))
     assert set(found) == set(LANDMARK_NAMES)
     for mark in found.values():
         assert mark.source == "suggested"
-        assert np.linalg.norm(SCAN.points - mark.position, axis=1).min() == 0
+        assert above_skin_mm(mark.position) < 3.0, "its points are 1 mm off it, one standard deviation"
+
+
+def test_a_suggestion_does_not_jump_from_one_scanned_point_to_the_next() -> None:
+    ups = np.arange(-6.0, 6.1, 0.5)
+    places = [suggested(fitted(suprasternal_notch=np.array([0.0, up, 0.0])))["suprasternal_notch"] for up in ups]
+    steps = np.diff([mark.position[1] for mark in places])
+    assert 0.2 < steps.min() < steps.max() < 2.0, "points are 4 mm apart"
+
+
+def test_where_nobody_scanned_the_skin_the_nearest_scanned_point_is_suggested() -> None:
+    notch = BODY.landmarks["suprasternal_notch"]
+    hole = np.linalg.norm(SCAN.points - notch, axis=1) > 25.0
+    found = suggested(fitted(), replace(SCAN, points=SCAN.points[hole], normals=SCAN.normals[hole]))
+    assert np.linalg.norm(SCAN.points[hole] - found["suprasternal_notch"].position, axis=1).min() == 0
 
 
 def test_a_bone_that_floats_above_the_skin_is_less_sure() -> None:

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lubdub.fitting.expected import SEXES
 from lubdub.geometry.surface import Surface
 from references.make.anatomy import drop_on_skin, place_areas, sternum_mm
+from references.make.basis import BUILD_AGES, coefficients_of, usual_builds
 from references.make.fields import along_body, area_share, random_smooth_field, slide_on_skin, smooth_modes
 from references.make.files import npz_bytes, rounded
 from references.make.makehuman import modifier_target
@@ -142,3 +144,24 @@ def test_a_surface_in_fixed_order_forgets_the_order_it_came_in(seed: int) -> Non
     one, two = in_fixed_order(surface), in_fixed_order(shuffled)
     np.testing.assert_array_equal(one.vertices, two.vertices)
     np.testing.assert_array_equal(one.triangles, two.triangles)
+
+
+def test_coefficients_of_modes_are_those_a_body_was_made_with() -> None:
+    random = np.random.default_rng(5)
+    share = random.uniform(0.2, 1.0, 30)
+    rows = np.linalg.qr(random.normal(size=(90, 4)))[0].T
+    modes = rows.reshape(4, 30, 3) * np.array([9.0, 5.0, 2.0, 1.0])[:, None, None] / np.sqrt(share)[:, None]
+    made = random.normal(size=(7, 4))
+    np.testing.assert_allclose(coefficients_of(np.einsum("bk,knd->bnd", made, modes), modes, share), made)
+
+
+def test_usual_builds_are_found_again_in_people_drawn_around_them() -> None:
+    random = np.random.default_rng(6)
+    people = [Phenotype(random.uniform(0, 85), sex, 1700.0) for sex in SEXES for _ in range(6000)]
+    rise = np.array([[0.03 if one.sex == "male" else -0.01] * 2 for one in people])
+    ages = np.array([one.age_years for one in people])[:, None]
+    noise = random.normal(size=(len(people), 2)) @ np.array([[0.5, 0.2], [0.0, 0.3]])
+    builds = usual_builds(people, rise * ages + noise)
+    np.testing.assert_allclose(builds.means[0], -0.01 * np.array(BUILD_AGES)[:, None] * [1, 1], atol=0.2)
+    np.testing.assert_allclose(builds.means[1], 0.03 * np.array(BUILD_AGES)[:, None] * [1, 1], atol=0.2)
+    np.testing.assert_allclose(builds.spread, [[0.25, 0.1], [0.1, 0.13]], atol=0.02)

@@ -58,7 +58,14 @@ class Skin:
         return SkinPlace(np.array([place[0], place[1], z]), normal, gap)
 
 
-def snap_to_file(place: np.ndarray, in_file: SurfaceFinder, body_from_file: Similarity) -> np.ndarray:
-    """The place (3,) body frame, moved to the nearest point of the file's own, uncleaned surface; body frame."""
-    nearest = in_file.nearest(body_from_file.inverse().apply(place), 10.0 / body_from_file.scale)
+def on_file(place: SkinPlace, in_file: SurfaceFinder, body_from_file: Similarity) -> np.ndarray:
+    """(3,) body frame: the place on the file's own, uncleaned surface.
+
+    The nearest place on a mesh's triangles. A cloud has points only, each with its noise: there the smooth skin through
+    them stands, which is 2 mm nearer to the true skin with a Kinect's, 1.2 mm with others'; but where no point is near
+    it, the nearest one.
+    """
+    if in_file.is_cloud and place.gap_mm < DropSettings.radius_mm:
+        return place.position
+    nearest = in_file.nearest(body_from_file.inverse().apply(place.position), 10.0 / body_from_file.scale)
     return body_from_file.apply(nearest)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lubdub.fitting.shape import Pose, Span, Target, body_of
+from lubdub.fitting.expected import Expected
+from lubdub.fitting.shape import Pose, Target, body_of, sternum_mm
 from lubdub.geometry.surface import vertex_normals
 from lubdub.results import Fit, ShapeBasis
 
 
-def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> float:
+def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float, expected: Expected) -> float:
     """How badly body and scan explain each other, both ways, each distance capped at 4 x limit (mm).
 
     The body's far side is left out when the scan is one-sided; a tenth of the scan may be arms or clutter;
@@ -33,10 +34,10 @@ def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float) -> fl
     there[found] = np.where(right_way, distance[found], cap)
     some = target.points[:: max(1, len(target.points) // 3000)]
     back = np.sort(np.minimum(cKDTree(vertices).query(some, distance_upper_bound=cap)[0], cap))
-    oddness = float(np.sqrt(np.mean(pose.coefficients**2)))
-    return float(there.mean() + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * oddness)
+    strangeness = expected.strangeness(pose.coefficients)
+    return float(there.mean() + 0.5 * back[: int(0.7 * len(back))].mean() + 2.0 * strangeness)
 
 
-def with_surprise(misfit: float, fit: Fit, sternum: Span | None, unlikely: float) -> float:
-    """The misfit, more for an unexpected size. unlikely: what one standard deviation costs, as a share; squared."""
-    return misfit * (1 + unlikely * sternum.surprise(fit)) if sternum else misfit
+def with_surprise(misfit: float, fit: Fit, expected: Expected, unlikely: float) -> float:
+    """The misfit, more for an unexpected size. unlikely: what each standard deviation of surprise costs, as a share."""
+    return misfit * (1 + unlikely * expected.sternum.surprise(sternum_mm(fit))) if expected.sternum else misfit

@@ -10,11 +10,13 @@ import itertools
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from lubdub.fitting.expected import Expected, anybody
 from lubdub.fitting.misfit import misfit_mm, with_surprise
-from lubdub.fitting.shape import Pose, ShapeFitSettings, Span, Target, carried, fit_shape, start_pose, sternum_mm
+from lubdub.fitting.shape import Pose, ShapeFitSettings, Target, expected_scales, fit_shape, shape_of
 from lubdub.geometry.frames import Similarity
-from lubdub.geometry.surface import Surface, vertex_normals
+from lubdub.geometry.surface import Surface
 from lubdub.results import CleanScan, Fit, ShapeBasis
 
 
@@ -28,6 +30,8 @@ class PoseSettings:
     """Starts for the body's size, as a multiple of what the scan's spread suggests."""
     expected_sizes: tuple[float, ...] = (1.0, 1.25)
     """The same as a multiple of what the expected breastbone suggests: a phone's scan of a baby shows much bed."""
+    turned_sizes: tuple[float, ...] = (1.0, 1.2, 1.45)
+    """Starts for a body with its head where the best one has its feet, as multiples of that one's size."""
     kept: int = 3
     """How many of the rough fits are fitted fully."""
     rough: ShapeFitSettings = field(
@@ -37,7 +41,7 @@ class PoseSettings:
     )
     full: ShapeFitSettings = field(default_factory=lambda: ShapeFitSettings(first_scale_mm=30.0))
     unlikely: float = 0.05
-    """What a breastbone one standard deviation off its expected length costs, as a share of the misfit; squared."""
+    """What a breastbone a standard deviation longer or shorter than usual costs, as a share of the misfit; squared."""
     seed: int = 7
 
 
@@ -54,33 +58,57 @@ class PoseFound:
     margin: float
 
 
-def find_pose(
-    scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None = None, sternum: Span | None = None
-) -> PoseFound:
-    """The lie of an unmarked body. scan: any axes, mm; sternum: what age and sex let one expect."""
-    settings = settings or PoseSettings()
+@dataclass(frozen=True)
+class _Turn:
+    """A way to lie, fully fitted. score: rough and full misfit together."""
 
-    def scored(misfit: float, fit: Fit) -> float:
-        return with_surprise(misfit, fit, sternum, settings.unlikely)
+    score: float
+    pose: Pose
+    fit: Fit
+    misfit_mm: float
+
+
+def find_pose(
+    scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None = None, expected: Expected | None = None
+) -> PoseFound:
+    """The lie of an unmarked body. scan: any axes, mm; expected: by age and sex; of anybody when None."""
+    settings, expected = settings or PoseSettings(), expected or anybody(basis)
+
+    def scored(pose: Pose, fit: Fit, used: ShapeBasis, limit: float) -> float:
+        return with_surprise(misfit_mm(pose, used, target, limit, expected), fit, expected, settings.unlikely)
 
     target = _thinned(scan, settings)
     coarse = _coarse(basis)
-    rough = []
-    for start in _starts(target, basis, settings, sternum):
-        pose, fit = fit_shape(target, {}, coarse, start, settings.rough, sternum)
-        rough.append((scored(misfit_mm(pose, coarse, target, 15.0), fit), pose))
-    rough.sort(key=lambda pair: pair[0])
-    # A flexible body explains a lot, even upside down; a stiff one explains less but lies less: both count.
-    full = []
-    for score, pose in _distinct(rough)[: settings.kept]:
-        final, fit = fit_shape(target, {}, basis, pose, settings.full, sternum)
-        misfit = scored(misfit_mm(final, basis, target, 10.0), fit)
-        full.append((score + misfit, final, fit, misfit))
-    full.sort(key=lambda end: end[0])
-    best = full[0]
-    others = [score for score, pose, *_ in full[1:] if _turn_between(pose, best[1]) > 0.6]
-    margin = min(others) / best[0] - 1 if others else 1.0
-    return PoseFound(best[1], best[2], best[3], margin)
+
+    def roughly(start: Pose) -> tuple[float, Pose]:
+        pose, fit = fit_shape(target, {}, coarse, start, settings.rough, expected)
+        return scored(pose, fit, coarse, 15.0), pose
+
+    def fully(score: float, start: Pose) -> _Turn:
+        # A flexible body explains a lot, even upside down; a stiff one explains less but lies less: both count.
+        pose, fit = fit_shape(target, {}, basis, start, settings.full, expected)
+        misfit = scored(pose, fit, basis, 10.0)
+        return _Turn(score + misfit, pose, fit, misfit)
+
+    rough = sorted(map(roughly, _starts(target, basis, settings, expected)), key=lambda pair: pair[0])
+    turns = [fully(score, pose) for score, pose in _distinct(rough)[: settings.kept]]
+    best = min(turns, key=lambda turn: turn.score)
+    ratios = [turn.score / best.score for turn in turns if _turn_between(turn.pose, best.pose) > 0.6]
+    upside_down = [fully(0.0, start) for start in _heads_for_feet(best.pose, target, expected, settings)]
+    ratios += [turn.misfit_mm / best.misfit_mm for turn in upside_down]
+    return PoseFound(best.pose, best.fit, best.misfit_mm, min(ratios) - 1)
+
+
+def _heads_for_feet(pose: Pose, target: Target, expected: Expected, settings: PoseSettings) -> list[Pose]:
+    """The expected body in the place of a fitted one, its head where the feet were: the turn that chests hide best.
+
+    It is always tried beside the best one, about as large: a rough start of its own may have shrunk to nothing, which
+    proves nothing.
+    """
+    middle = target.points.mean(axis=0)
+    half = Rotation.from_rotvec(np.pi * pose.body_from_basis.rotation[:, 2]).as_matrix()
+    moves = [Similarity(size, half, middle - size * half @ middle) for size in settings.turned_sizes]
+    return [Pose(move.after(pose.body_from_basis), expected.mean) for move in moves]
 
 
 def _thinned(scan: CleanScan, settings: PoseSettings) -> Target:
@@ -98,20 +126,19 @@ def _coarse(basis: ShapeBasis) -> ShapeBasis:
     return replace(basis, data_weight=weight)
 
 
-def _starts(target: Target, basis: ShapeBasis, settings: PoseSettings, sternum: Span | None) -> list[Pose]:
+def _starts(target: Target, basis: ShapeBasis, settings: PoseSettings, expected: Expected) -> list[Pose]:
     """All proper turns of the scan's principal axes, at a few sizes."""
     centre = target.points.mean(axis=0)
     spread = target.points - centre
     axes = np.linalg.svd(spread, full_matrices=False)[2]
-    trunk = basis.mean[basis.data_weight > 0.5]
+    body = Surface(shape_of(expected.mean, basis), basis.triangles)
+    trunk, normals = body.vertices[basis.data_weight > 0.5], body.normals[basis.data_weight > 0.5]
     ratio = float(np.linalg.norm(spread, axis=1).mean() / np.linalg.norm(trunk - trunk.mean(0), axis=1).mean())
     scales = [ratio * size for size in settings.sizes]
-    if sternum is not None:
-        mean = carried(Surface(basis.mean, basis.triangles), basis)
-        scales += [sternum.length_mm / sternum_mm(mean) * size for size in settings.expected_sizes]
-    front = trunk[vertex_normals(basis.mean, basis.triangles)[basis.data_weight > 0.5][:, 2] > 0].mean(axis=0)
+    scales += expected_scales(expected, basis, settings.expected_sizes)
+    front = trunk[normals[:, 2] > 0].mean(axis=0)
     poses = [
-        start_pose(Similarity(scale, rotation, centre - scale * rotation @ front), basis)
+        Pose(Similarity(scale, rotation, centre - scale * rotation @ front), expected.mean)
         for scale, rotation in itertools.product(scales, _proper_turns(axes))
     ]
     return [pose for pose in poses if _faces_the_scanned_side(pose, target)]

@@ -1,22 +1,23 @@
 """Fitting the shape basis: a similarity and a few coefficients, by Gauss-Newton on matched skin.
 
 Minimises, over scale, rotation, translation and coefficients c,
-    sum w_i ((x_i - u_i) . n_i)² / s²  +  a whisper of the same point to point  +  sum |x_l - l|² / s_l²  +  |c|²
-    + (|x_notch - x_joint| - S)² / s_S²
-where S is the breastbone's length that age and sex let one expect, u_i the scan point nearest to body vertex x_i
-and w_i a Geman-McClure weight whose scale is annealed (Black & Rangarajan 1996). Many modes join late, so that
-the pose settles first.
+    sum w_i ((x_i - u_i) . n_i)² / s²  +  a whisper of the same point to point  +  sum |x_l - l|² / s_l²
+    + (c - m)^T P (c - m)  +  (|x_notch - x_joint| - S)² / s_S²
+where m, P and S are the coefficients, their precision and the breastbone's length that age and sex let one expect, u_i
+the scan point nearest to body vertex x_i and w_i a Geman-McClure weight whose scale is annealed (Black & Rangarajan
+1996). Many modes join late, so that the pose settles first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from lubdub.fitting.expected import Expected, anybody
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface, carry, vertex_normals
 from lubdub.results import AREA_NAMES, BONE_LANDMARKS, LANDMARK_NAMES, CleanScan, Fit, LandmarkName, ShapeBasis
@@ -68,18 +69,6 @@ class Pull:
 
 
 @dataclass(frozen=True)
-class Span:
-    """How long the body's breastbone should be, before anybody looks: mm, and its standard deviation."""
-
-    length_mm: float
-    sigma_mm: float
-
-    def surprise(self, fit: Fit) -> float:
-        """The squared distance, in standard deviations, of a fitted breastbone's length from this one."""
-        return ((sternum_mm(fit) - self.length_mm) / self.sigma_mm) ** 2
-
-
-@dataclass(frozen=True)
 class Pose:
     """State of the fit: basis -> body frame, and (k,) coefficients."""
 
@@ -104,28 +93,24 @@ def fit_shape(
     basis: ShapeBasis,
     start: Pose,
     settings: ShapeFitSettings | None = None,
-    sternum: Span | None = None,
+    expected: Expected | None = None,
 ) -> tuple[Pose, Fit]:
     """Bend the basis onto the target, from a start that is right to about 30 degrees and a third in size.
 
-    sternum: what age and sex let one expect. Works in whatever millimetre frame the target is in. Returns the final
-    pose and the fitted body.
+    expected: by age and sex; of anybody when None. Works in whatever millimetre frame the target is in. Returns the
+    final pose and the fitted body.
     """
-    settings = settings or ShapeFitSettings()
+    settings, expected = settings or ShapeFitSettings(), expected or anybody(basis)
     scales = np.geomspace(settings.first_scale_mm, settings.last_scale_mm, settings.iterations)
     pose, steps = start, []
     for iteration, scale in enumerate(scales):
         modes = _modes_at(iteration, len(basis.modes), settings)
-        shape = basis.mean + np.tensordot(pose.coefficients[:modes], basis.modes[:modes], axes=1)
+        shape = shape_of(pose.coefficients, basis)
         matches = _match(pose.body_from_basis.apply(shape), basis, target, float(scale), settings)
-        pose = _step(pose, shape, basis, modes, matches, pulls, sternum, settings)
+        pose = _step(pose, shape, basis, modes, matches, pulls, expected, settings)
         steps.append({"iteration": float(iteration), "modes": float(modes), "matched_share": matches.share})
-    return pose, _as_fit(pose, basis, target, settings, tuple(steps))
-
-
-def start_pose(body_from_basis: Similarity, basis: ShapeBasis) -> Pose:
-    """A start with the mean shape."""
-    return Pose(body_from_basis, np.zeros(len(basis.modes)))
+    fit = _as_fit(pose, basis, target, settings, tuple(steps))
+    return pose, replace(fit, strangeness=expected.strangeness(pose.coefficients))
 
 
 def _modes_at(iteration: int, available: int, settings: ShapeFitSettings) -> int:
@@ -175,7 +160,7 @@ def _step(
     modes: int,
     matches: _Matches,
     pulls: Mapping[LandmarkName, Pull],
-    sternum: Span | None,
+    expected: Expected,
     settings: ShapeFitSettings,
 ) -> Pose:
     size = 7 + modes
@@ -189,16 +174,16 @@ def _step(
         jacobian, place = _landmark(name, pose, shape, basis, modes)
         hessian += jacobian.T @ jacobian / pull.sigma_mm**2
         gradient += jacobian.T @ (place - pull.position) / pull.sigma_mm**2
-    if sternum is not None:
+    if expected.sternum is not None:
         (notch_jacobian, notch), (joint_jacobian, joint) = (
             _landmark(name, pose, shape, basis, modes) for name in BONE_LANDMARKS
         )
         length = float(np.linalg.norm(notch - joint))
         along = (notch - joint) / length @ (notch_jacobian - joint_jacobian)
-        hessian += np.outer(along, along) / sternum.sigma_mm**2
-        gradient += along * (length - sternum.length_mm) / sternum.sigma_mm**2
-    hessian[7:, 7:] += np.eye(modes)
-    gradient[7:] += pose.coefficients[:modes]
+        hessian += np.outer(along, along) / expected.sternum.sigma_mm**2
+        gradient += along * (length - expected.sternum.length_mm) / expected.sternum.sigma_mm**2
+    hessian[7:, 7:] += expected.precision[:modes, :modes]
+    gradient[7:] += expected.precision[:modes] @ (pose.coefficients - expected.mean)
     # A whisper of damping keeps the step defined when nothing matched and no landmark pulls.
     hessian[:7, :7] += np.diag([1.0, 1.0, 1.0, 1.0, 1e-6, 1e-6, 1e-6])
     return _moved(pose, np.linalg.solve(hessian, -gradient), modes, settings)
@@ -251,7 +236,12 @@ def _moved(pose: Pose, step: np.ndarray, modes: int, settings: ShapeFitSettings)
 
 def body_of(pose: Pose, basis: ShapeBasis) -> np.ndarray:
     """(n, 3) vertices of the body a pose describes."""
-    return pose.body_from_basis.apply(basis.mean + np.tensordot(pose.coefficients, basis.modes, axes=1))
+    return pose.body_from_basis.apply(shape_of(pose.coefficients, basis))
+
+
+def shape_of(coefficients: np.ndarray, basis: ShapeBasis) -> np.ndarray:
+    """(n, 3) vertices of the body that coefficients (k,) describe, in the frame and size of the basis."""
+    return np.asarray(basis.mean + np.tensordot(coefficients, basis.modes, axes=1))
 
 
 def _as_fit(
@@ -262,8 +252,7 @@ def _as_fit(
     residual = ((vertices[matches.vertices] - matches.points) * matches.normals).sum(1)
     rms = float(np.sqrt(np.average(residual**2, weights=matches.weights))) if len(residual) else float("inf")
     fit = carried(Surface(vertices, basis.triangles), basis)
-    strangeness = float(np.sqrt(np.mean(pose.coefficients**2)))
-    return replace(fit, surface_residual_mm=rms, matched_share=matches.share, strangeness=strangeness, steps=steps)
+    return replace(fit, surface_residual_mm=rms, matched_share=matches.share, steps=steps)
 
 
 def carried(body: Surface, basis: ShapeBasis, infant: float = 0.0) -> Fit:
@@ -287,3 +276,11 @@ def sternum_mm(fit: Fit) -> float:
     """Length of the body's breastbone."""
     notch, joint = (fit.landmarks[name] for name in BONE_LANDMARKS)
     return float(np.linalg.norm(notch - joint))
+
+
+def expected_scales(expected: Expected, basis: ShapeBasis, sizes: Iterable[float]) -> list[float]:
+    """Scales of the expected body: these sizes, as multiples of what the expected breastbone asks for; none without."""
+    if expected.sternum is None:
+        return []
+    body = carried(Surface(shape_of(expected.mean, basis), basis.triangles), basis)
+    return [expected.sternum.length_mm / sternum_mm(body) * size for size in sizes]

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lubdub.fitting.expected import Expected
 from lubdub.fitting.misfit import misfit_mm, with_surprise
-from lubdub.fitting.shape import Pose, Pull, Span, Target, carried, fit_shape, start_pose, sternum_mm
+from lubdub.fitting.shape import Pose, Pull, Target, expected_scales, fit_shape, shape_of, sternum_mm
 from lubdub.geometry.frames import Similarity
-from lubdub.geometry.surface import Surface, carry
+from lubdub.geometry.surface import carry
 from lubdub.results import BONE_LANDMARKS, LANDMARK_NAMES, Fit, LandmarkName, ShapeBasis
 
 
@@ -29,7 +30,7 @@ class StartSettings:
     misfit_limit_mm: float = 10.0
     """As where the turn of an unmarked body is found."""
     unlikely: float = 0.2
-    """What a breastbone one standard deviation off its expected length costs, as a share of the misfit; squared.
+    """What a breastbone a standard deviation longer or shorter than usual costs, as a share of the misfit; squared.
     Without it a thin woman's chest became a child's: a body that ends inside the scan explains all it reaches."""
     closeness: float = 2.0
     """The misfit is capped, so it hardly tells good from very good; the matched skin's residual, so many times, does.
@@ -49,37 +50,35 @@ class End:
     misfit_mm: float
 
 
-def start_from(places: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis) -> Pose:
-    """The mean body, upright in the body frame, sized and placed by landmarks, name -> (3,)."""
-    everywhere = carry(basis.landmark_weights, basis.landmark_corners, basis.mean)
+def start_from(places: Mapping[LandmarkName, np.ndarray], basis: ShapeBasis, expected: Expected) -> Pose:
+    """The expected body, upright in the body frame, sized and placed by landmarks, name -> (3,)."""
+    everywhere = carry(basis.landmark_weights, basis.landmark_corners, shape_of(expected.mean, basis))
     rows = [LANDMARK_NAMES.index(name) for name in places]
     source, target = everywhere[rows], np.array(list(places.values()))
     scale = float(np.std(target[:, 1]) / np.std(source[:, 1]))
-    return start_pose(Similarity(scale, np.eye(3), target.mean(0) - scale * source.mean(0)), basis)
+    return Pose(Similarity(scale, np.eye(3), target.mean(0) - scale * source.mean(0)), expected.mean)
 
 
-def sized_starts(start: Pose, middle: np.ndarray, basis: ShapeBasis, sternum: Span | None) -> list[Pose]:
-    """The same start at several sizes about a fixed point. middle: (3,); sternum: what age and sex let one expect."""
+def sized_starts(start: Pose, middle: np.ndarray, basis: ShapeBasis, expected: Expected) -> list[Pose]:
+    """The same start at several sizes about a fixed point, middle (3,)."""
     suggested = start.body_from_basis.scale
     scales = [suggested * size for size in SETTINGS.sizes]
-    if sternum is not None:
-        expected = sternum.length_mm / sternum_mm(carried(Surface(basis.mean, basis.triangles), basis))
-        scales += [expected * size for size in SETTINGS.expected_sizes]
+    scales += expected_scales(expected, basis, SETTINGS.expected_sizes)
     return [_resized(start, scale / suggested, middle) for scale in scales]
 
 
-def starts_at_notch(fit: Fit, navel: np.ndarray, basis: ShapeBasis, sternum: Span | None) -> list[Pose]:
-    """Mean bodies hung up at a fitted body's notch: one reaching to a navel (3,), one sized by the expected breastbone.
+def starts_at_notch(fit: Fit, navel: np.ndarray, basis: ShapeBasis, expected: Expected) -> list[Pose]:
+    """Expected bodies hung up at a fitted body's notch: one reaching to a navel (3,), one sized by its breastbone.
 
     The neck shows the notch best. A modelled woman of another origin, unmarked, whose fit had followed her breasts
     down, was 22 mm off without these starts and 7 with them; for 56 simulated people they changed little.
     """
     notch, joint = (fit.landmarks[name] for name in BONE_LANDMARKS)
     sized: list[dict[LandmarkName, np.ndarray]] = [{"suprasternal_notch": notch, "navel": navel}]
-    if sternum is not None:
-        expected = notch + (joint - notch) * sternum.length_mm / sternum_mm(fit)
-        sized.append({"suprasternal_notch": notch, "xiphisternum": expected})
-    return [start_from(places, basis) for places in sized]
+    if expected.sternum is not None:
+        end = notch + (joint - notch) * expected.sternum.length_mm / sternum_mm(fit)
+        sized.append({"suprasternal_notch": notch, "xiphisternum": end})
+    return [start_from(places, basis, expected) for places in sized]
 
 
 def _resized(start: Pose, size: float, middle: np.ndarray) -> Pose:
@@ -93,15 +92,16 @@ def best_end(
     pulls: Mapping[LandmarkName, Pull],
     basis: ShapeBasis,
     starts: Iterable[Pose],
-    sternum: Span | None = None,
+    expected: Expected,
 ) -> End:
     """The end that explains the scan best, of fits from each start (at least one); see `fit_shape`."""
-    fits = [fit_shape(target, pulls, basis, start, sternum=sternum) for start in starts]
-    ends = [ended(pose, fit, basis, target, sternum) for pose, fit in fits]
+    fits = [fit_shape(target, pulls, basis, start, expected=expected) for start in starts]
+    ends = [ended(pose, fit, basis, target, expected) for pose, fit in fits]
     return min(ends, key=lambda end: end.misfit_mm)
 
 
-def ended(pose: Pose, fit: Fit, basis: ShapeBasis, target: Target, sternum: Span | None = None) -> End:
-    """A fit's end with its misfit. sternum: what age and sex let one expect."""
-    misfit = misfit_mm(pose, basis, target, SETTINGS.misfit_limit_mm) + SETTINGS.closeness * fit.surface_residual_mm
-    return End(pose, fit, with_surprise(misfit, fit, sternum, SETTINGS.unlikely))
+def ended(pose: Pose, fit: Fit, basis: ShapeBasis, target: Target, expected: Expected) -> End:
+    """A fit's end with its misfit."""
+    misfit = misfit_mm(pose, basis, target, SETTINGS.misfit_limit_mm, expected)
+    misfit += SETTINGS.closeness * fit.surface_residual_mm
+    return End(pose, fit, with_surprise(misfit, fit, expected, SETTINGS.unlikely))

@@ -45,6 +45,11 @@ class SurfaceFinder:
             edge = surface.vertices[surface.triangles[:, corner]] - self._starts
             self._reaches = np.maximum(self._reaches, np.sqrt(np.einsum("md,md->m", edge, edge)))
 
+    @property
+    def is_cloud(self) -> bool:
+        """True when the surface has points only."""
+        return self._surface.is_cloud
+
     def nearest(self, point: np.ndarray, first_reach: float) -> np.ndarray:
         """(3,) the nearest place to point (3,): on a triangle of a mesh, a point of a cloud.
 

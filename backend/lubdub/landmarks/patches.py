@@ -58,17 +58,12 @@ _DISC, _RING, _RING_CELLS = 0.8, 1.35, 3.0  # times the radius; how wide the rin
 _QUARTERS, _EIGHTHS = 4, 8
 
 
-@dataclass(frozen=True)
-class Told:
-    """What the colours in a window say. likelier: (rows - 2 MARGIN, columns - 2 MARGIN) how much likelier they are if a
-    patch has its middle in a cell, against none anywhere; points: (k, 3) the coloured skin, in the body frame."""
+def told(skin: Skin, window: Window, radii: Sequence[float]) -> np.ndarray | None:
+    """(rows - 2 MARGIN, columns - 2 MARGIN) how much likelier the colours in a window are if a patch of one of these
+    radii has its middle in a cell, against none anywhere.
 
-    likelier: np.ndarray
-    points: np.ndarray
-
-
-def told(skin: Skin, window: Window, radii: Sequence[float]) -> Told | None:
-    """What colours say of patches of some radii. None where that is nothing: missing, grey, over- or underexposed."""
+    None where colours say nothing: missing, grey, over- or underexposed.
+    """
     if skin.tint is None:
         return None
     chosen = _in_window(skin, skin.tint, window)
@@ -77,7 +72,7 @@ def told(skin: Skin, window: Window, radii: Sequence[float]) -> Told | None:
         return None
     maps = _shades(window.seen(points), colours, window)
     best = np.max([_standing_out(maps, radius / CELL) for radius in radii], axis=0)
-    return Told(np.exp(_limited(best - SETTINGS.doubtful)), points)
+    return np.asarray(np.exp(_limited(best - SETTINGS.doubtful)))
 
 
 def _limited(logs: np.ndarray) -> np.ndarray:

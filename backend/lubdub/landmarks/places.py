@@ -14,7 +14,7 @@ from scipy.signal import fftconvolve
 
 from lubdub.geometry.signs import Sign, Signs
 from lubdub.landmarks.patches import told
-from lubdub.landmarks.relief import CELL, FACING, Skin, Window, grain, relief, window_at
+from lubdub.landmarks.relief import CELL, Skin, Window, grain, relief, window_at
 from lubdub.landmarks.signs import MARGIN, evidence
 
 
@@ -69,7 +69,7 @@ PLACES = PlaceSettings()
 
 @dataclass(frozen=True)
 class Found:
-    """Where a landmark most likely lies: (3,) on the scanned skin; doubt_mm: root mean square distance from it."""
+    """Where a landmark most likely lies: (3,) on the skin; doubt_mm: root mean square distance from it."""
 
     position: np.ndarray
     doubt_mm: float
@@ -78,11 +78,10 @@ class Found:
 @dataclass(frozen=True)
 class Look:
     """What the signs in a window say. odds: (rows, columns) how likely they make each place; shown: of that, the share
-    that its colour has, None without colours; points: (k, 3) skin on which a place may lie."""
+    that its colour has, None without colours."""
 
     odds: np.ndarray
     shown: np.ndarray | None
-    points: np.ndarray
 
 
 def find_navel(skin: Skin, fitted: np.ndarray, signs: Signs) -> Found:
@@ -91,7 +90,7 @@ def find_navel(skin: Skin, fitted: np.ndarray, signs: Signs) -> Found:
     # In a mirror too, so that a mirrored body has its suggestion mirrored.
     odds = np.sqrt(_odds(signs.navel, heights) * _odds(signs.navel, heights[:, ::-1])[:, ::-1])
     seen = _with_colour(skin, window, odds, NAVEL)
-    return _settled(seen, window, _posterior(seen, _prior(NAVEL), NAVEL))
+    return _settled(skin, window, _posterior(seen, _prior(NAVEL), NAVEL))
 
 
 def find_nipples(skin: Skin, left: np.ndarray, right: np.ndarray, signs: Signs) -> tuple[Found, Found]:
@@ -104,7 +103,7 @@ def find_nipples(skin: Skin, left: np.ndarray, right: np.ndarray, signs: Signs) 
     prior = _prior(NIPPLE)
     heard = [_loosened(prior * _loosened(other.odds)) for other in seen[::-1]]
     one, other = (
-        _settled(own, window, _posterior(own, from_other, NIPPLE))
+        _settled(skin, window, _posterior(own, from_other, NIPPLE))
         for window, own, from_other in zip(windows, seen, heard, strict=True)
     )
     return one, other
@@ -140,13 +139,12 @@ def _odds(sign: Sign, heights: np.ndarray) -> np.ndarray:
 
 def _with_colour(skin: Skin, window: Window, odds: np.ndarray, prior: Prior) -> Look:
     """What the relief says, and what the colours say of it where there are any."""
-    facing = skin.points[skin.normals @ window.axes[2] > FACING]
-    colours = told(skin, window, prior.patches)
-    if colours is None:
-        return Look(odds, None, facing)
-    shown = PLACES.coloured * colours.likelier
+    likelier = told(skin, window, prior.patches)
+    if likelier is None:
+        return Look(odds, None)
+    shown = PLACES.coloured * likelier
     either = shown + (1 - PLACES.coloured)
-    return Look(odds * either, shown / either, np.concatenate([facing, colours.points]))
+    return Look(odds * either, shown / either)
 
 
 def _loosened(chances: np.ndarray) -> np.ndarray:
@@ -167,14 +165,12 @@ def _posterior(seen: Look, chances: np.ndarray, prior: Prior) -> np.ndarray:
     return np.asarray(blurred / blurred.sum())
 
 
-def _settled(seen: Look, window: Window, chances: np.ndarray) -> Found:
+def _settled(skin: Skin, window: Window, chances: np.ndarray) -> Found:
     """The place with the least expected distance from the landmark, brought to the skin."""
     across, along = (CELL * (np.arange(side) - side // 2) for side in chances.shape[::-1])
     place = _middle(chances, across, along)
     squared = (across[None] - place[0]) ** 2 + (along[:, None] - place[1]) ** 2
-    gap = window.seen(seen.points)[:, :2] - place
-    nearest = seen.points[(gap**2).sum(axis=1).argmin()]
-    return Found(nearest.copy(), window.size * float(np.sqrt((chances * squared).sum())))
+    return Found(skin.under(window, place), window.size * float(np.sqrt((chances * squared).sum())))
 
 
 def _middle(chances: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:

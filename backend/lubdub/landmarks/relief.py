@@ -20,6 +20,8 @@ BLUR = 0.025
 WIDER = (3 * BLUR, 0.15)
 FACING = 0.2
 """Cosine: skin that is turned further away from the viewer is not in the map."""
+UNSEEN = 0.04
+"""Farther than this from every point the skin was not scanned."""
 DIRECTION_REACH = 0.3
 """A place's own direction is the mean of the skin's around it."""
 RIM = 0.1
@@ -46,6 +48,21 @@ class Skin:
         squared = ((self.points - place) ** 2).sum(axis=1)
         weights = np.exp(-0.5 * squared / (DIRECTION_REACH * self.size) ** 2)
         return unit(weights @ self.normals)
+
+    def under(self, window: Window, place: np.ndarray) -> np.ndarray:
+        """(3,) the skin behind a place (2,) of a window, outwards and up: points of a scan may be 5 mm apart.
+
+        Where no point is near, the nearest one: skin that nobody saw has no place.
+        """
+        facing = np.flatnonzero(self.normals @ window.axes[2] > FACING)
+        seen = window.seen(self.points[facing])
+        nearest = ((seen[:, :2] - place) ** 2).sum(axis=1).argmin()
+        point, normal = seen[nearest], window.axes @ self.normals[facing[nearest]]
+        step = place - point[:2]
+        if np.hypot(*step) > UNSEEN:
+            return self.points[facing[nearest]].copy()
+        depth = point[2] - normal[:2] @ step / normal[2]
+        return np.asarray(window.centre + window.size * np.array([*place, depth]) @ window.axes)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from lubdub.geometry.colour import Tint
 from lubdub.geometry.signs import Signs
 from lubdub.landmarks.places import Found, find_navel, find_nipples
-from lubdub.landmarks.relief import Skin
+from lubdub.landmarks.relief import UNSEEN, Skin
 from lubdub.results import BONE_LANDMARKS, CleanScan, Fit, Landmark, LandmarkName
 
 NOTCH_TO_NAVEL = 2.45
@@ -58,12 +58,23 @@ def suggest_bones(
 ) -> dict[LandmarkName, Landmark]:
     """The two ends of the breastbone alone: where the fitted body has them, on the scan's skin."""
     settings = settings or SuggestionSettings()
-    tree, length = cKDTree(scan.points), _length(fit)
-    suggested: dict[LandmarkName, Landmark] = {}
-    for name, share in zip(BONE_LANDMARKS, (settings.notch, settings.xiphisternum), strict=True):
-        distance, nearest = tree.query(fit.landmarks[name])
-        suggested[name] = Landmark(scan.points[nearest].copy(), "suggested", float(np.hypot(share * length, distance)))
-    return suggested
+    length = _length(fit)
+    fitted = np.array([fit.landmarks[name] for name in BONE_LANDMARKS])
+    distance, nearest = cKDTree(scan.points).query(fitted)
+    places = _flat_on(scan.points[nearest], scan.normals[nearest], fitted, UNSEEN * length / NOTCH_TO_NAVEL)
+    doubts = np.hypot(np.array([settings.notch, settings.xiphisternum]) * length, distance)
+    return {
+        name: Landmark(place, "suggested", float(doubt))
+        for name, place, doubt in zip(BONE_LANDMARKS, places, doubts, strict=True)
+    }
+
+
+def _flat_on(points: np.ndarray, normals: np.ndarray, places: np.ndarray, reach: float) -> np.ndarray:
+    """(k, 3) feet of places (k, 3) on the skin through the points nearest to them, no farther from these than reach."""
+    gaps = places - points
+    along = gaps - (gaps * normals).sum(axis=1, keepdims=True) * normals
+    near = np.linalg.norm(along, axis=1, keepdims=True) < reach
+    return np.where(near, points + along, points)
 
 
 def _length(fit: Fit) -> float:

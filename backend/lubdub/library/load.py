@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
+from lubdub.geometry.builds import Builds
 from lubdub.geometry.signs import Sign, Signs
 from lubdub.geometry.surface import Surface
 from lubdub.library.marks import FOLDER, AreaMarks, marked, read_marks
@@ -168,6 +169,7 @@ def _basis(content: bytes, triangles: np.ndarray, path: Path) -> ShapeBasis:
             area_corners=arrays["area_corners"].astype(np.int64),
             area_weights=arrays["area_weights"].astype(np.float64),
             data_weight=arrays["data_weight"].astype(np.float64),
+            builds=Builds(*(arrays[f"build_{part}"].astype(np.float64) for part in ("ages", "means", "spread"))),
         )
     except UNREADABLE as error:
         raise _damaged(path) from error
