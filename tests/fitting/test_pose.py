@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lubdub.fitting.expected import Span, expect
+from lubdub.fitting.expected import STRICT, Span, expect
 from lubdub.fitting.pose import find_pose
 from lubdub.geometry.surface import Surface
 from lubdub.library.load import load_library
@@ -41,9 +41,10 @@ def hill(length: float, breadth: float, height: float) -> Surface:
 
 
 @pytest.mark.parametrize(("length", "breadth", "height"), [(260.0, 160.0, 60.0), (300.0, 170.0, 70.0)])
-def test_what_looks_the_same_upside_down_has_no_margin_even_where_another_start_went_astray(
+def test_what_looks_the_same_upside_down_is_explained_by_neither_or_by_both_turns(
     length: float, breadth: float, height: float
 ) -> None:
     scan = clean_scan(hill(length, breadth, height), np.array([0.0, 0.0, 1.0]), noise_mm=0.5)
-    expected = expect(BASIS, 3.0, "male", Span(77.0, 12.0))
-    assert find_pose(scan, BASIS, expected=expected).margin < 0.15
+    expected = expect(BASIS, 3.0, "male", Span(77.0, 12.0), STRICT)
+    found = find_pose(scan, BASIS, expected=expected)
+    assert found.margin < 0.15 or found.misfit_mm / found.pose.body_from_basis.scale > 100.0

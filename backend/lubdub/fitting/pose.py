@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from lubdub.fitting.expected import Expected, anybody
+from lubdub.fitting.expected import STRICT, Expected, anybody
 from lubdub.fitting.misfit import misfit_mm, with_surprise
 from lubdub.fitting.shape import Pose, ShapeFitSettings, Target, expected_scales, fit_shape, shape_of
 from lubdub.geometry.frames import Similarity
@@ -72,7 +72,7 @@ def find_pose(
     scan: CleanScan, basis: ShapeBasis, settings: PoseSettings | None = None, expected: Expected | None = None
 ) -> PoseFound:
     """The lie of an unmarked body. scan: any axes, mm; expected: by age and sex; of anybody when None."""
-    settings, expected = settings or PoseSettings(), expected or anybody(basis)
+    settings, expected = settings or PoseSettings(), expected or anybody(basis, STRICT)
 
     def scored(pose: Pose, fit: Fit, used: ShapeBasis, limit: float) -> float:
         return with_surprise(misfit_mm(pose, used, target, limit, expected), fit, expected, settings.unlikely)
@@ -94,21 +94,26 @@ def find_pose(
     turns = [fully(score, pose) for score, pose in _distinct(rough)[: settings.kept]]
     best = min(turns, key=lambda turn: turn.score)
     ratios = [turn.score / best.score for turn in turns if _turn_between(turn.pose, best.pose) > 0.6]
-    upside_down = [fully(0.0, start) for start in _heads_for_feet(best.pose, target, expected, settings)]
+    upside_down = [fully(0.0, start) for start in _heads_for_feet(best.pose, basis, target, expected, settings)]
     ratios += [turn.misfit_mm / best.misfit_mm for turn in upside_down]
     return PoseFound(best.pose, best.fit, best.misfit_mm, min(ratios) - 1)
 
 
-def _heads_for_feet(pose: Pose, target: Target, expected: Expected, settings: PoseSettings) -> list[Pose]:
-    """The expected body in the place of a fitted one, its head where the feet were: the turn that chests hide best.
+def _heads_for_feet(
+    pose: Pose, basis: ShapeBasis, target: Target, expected: Expected, settings: PoseSettings
+) -> list[Pose]:
+    """A fitted body, and the expected one in its place, with the head where the feet were: what chests hide best.
 
-    It is always tried beside the best one, about as large: a rough start of its own may have shrunk to nothing, which
-    proves nothing.
+    That turn is always tried beside the best one, about as large: a rough start of its own may have shrunk to nothing,
+    which proves nothing.
     """
     middle = target.points.mean(axis=0)
     half = Rotation.from_rotvec(np.pi * pose.body_from_basis.rotation[:, 2]).as_matrix()
-    moves = [Similarity(size, half, middle - size * half @ middle) for size in settings.turned_sizes]
-    return [Pose(move.after(pose.body_from_basis), expected.mean) for move in moves]
+    usual = expected_scales(expected, basis, settings.expected_sizes)
+    sizes = [*settings.turned_sizes, *(scale / pose.body_from_basis.scale for scale in usual)]
+    moves = [Similarity(size, half, middle - size * half @ middle) for size in sizes]
+    starts = [Pose(move.after(pose.body_from_basis), expected.mean) for move in moves]
+    return [replace(starts[0], coefficients=pose.coefficients), *starts]
 
 
 def _thinned(scan: CleanScan, settings: PoseSettings) -> Target:
