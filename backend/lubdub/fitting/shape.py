@@ -102,10 +102,12 @@ def fit_shape(
     """
     settings, expected = settings or ShapeFitSettings(), expected or anybody(basis)
     scales = np.geomspace(settings.first_scale_mm, settings.last_scale_mm, settings.iterations)
-    pose, steps = start, []
+    pose, begun, steps = start, shape_of(start.coefficients, basis), []
     for iteration, scale in enumerate(scales):
         modes = _modes_at(iteration, len(basis.modes), settings)
-        shape = shape_of(pose.coefficients, basis)
+        # Modes not let in yet are as they were at the start.
+        moved = pose.coefficients[:modes] - start.coefficients[:modes]
+        shape = begun + np.tensordot(moved, basis.modes[:modes], axes=1)
         matches = _match(pose.body_from_basis.apply(shape), basis, target, float(scale), settings)
         pose = _step(pose, shape, basis, modes, matches, pulls, expected, settings)
         steps.append({"iteration": float(iteration), "modes": float(modes), "matched_share": matches.share})
