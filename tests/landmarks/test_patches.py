@@ -143,6 +143,15 @@ def test_the_edge_of_a_shadow_is_no_areola() -> None:
     assert np.mean(surer) < 1.0
 
 
+def test_where_the_fit_is_nearly_right_no_shadow_makes_a_nipple_a_tenth_surer() -> None:
+    near = replace(FIT, landmarks={**BODY.landmarks, **{n: BODY.landmarks[n] + [0.0, 9.0, 0.0] for n in NIPPLES}})
+    bare = suggested(painted(), fit=near)["nipple_left"].uncertainty_mm
+    for turn in (0.0, 0.8, 1.6):
+        across = np.array([np.cos(turn), np.sin(turn), 0.0])
+        shadow = Shadow(BODY.landmarks["nipple_left"] + 15.0 * across, across, 0.6, 3.0)
+        assert suggested(painted(shadow=shadow), fit=near)["nipple_left"].uncertainty_mm > 0.9 * bare
+
+
 def test_a_mirrored_coloured_body_has_its_suggestions_mirrored() -> None:
     flip, swap = np.array([-1.0, 1.0, 1.0]), {"nipple_left": "nipple_right", "nipple_right": "nipple_left"}
     tint = painted((*areolas(), patch(BODY.landmarks["nipple_left"] + [20.0, 25.0, -5.0], 6.0, 0.5 * BROWN)))

@@ -62,8 +62,8 @@ def on_file(place: SkinPlace, in_file: SurfaceFinder, body_from_file: Similarity
     """(3,) body frame: the place on the file's own, uncleaned surface.
 
     The nearest place on a mesh's triangles. A cloud has points only, each with its noise: there the smooth skin through
-    them stands, which is 1.6 mm nearer to the true skin with a Kinect's, 1.2 mm with others'; but where no point is near
-    it, the nearest one.
+    them stands, which is 1.6 mm nearer to the true skin with a Kinect's and 1.2 mm with others'; but where no point is
+    near it, the nearest one.
     """
     if in_file.is_cloud and place.gap_mm < DropSettings.radius_mm:
         return place.position
