@@ -181,9 +181,13 @@ class Desk:
         """Until its check went well."""
         self.wait_until(case, "awaiting_landmarks")
 
+    def said(self, words: str) -> int:
+        """How often the log has these words."""
+        return self.service.log.read_text().count(words)
+
     def says(self, words: str, times: int = 1) -> None:
         """Wait until the log has these words so often."""
-        eventually(lambda: self.service.log.read_text().count(words) >= times, PATIENCE_S)
+        eventually(lambda: self.said(words) >= times, PATIENCE_S)
 
 
 class _OneRound(threading.Event):

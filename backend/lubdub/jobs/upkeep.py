@@ -79,7 +79,7 @@ class Upkeep:
 
         A database that is away for a while is waited for. at_work: the jobs this process works on.
         """
-        older_than, beats_without_name = timedelta(0), 0
+        older_than, beats_without_name, failed = timedelta(0), 0, False
         while not stopping.is_set():
             show_alive(self._settings.worker_pulse)
             try:
@@ -93,8 +93,11 @@ class Upkeep:
                 self._purge()
             except Exception:  # a database or store that is away comes back; jobs must go on meanwhile
                 log.exception("upkeep failed and is tried again")
+                failed = True
             else:
-                older_than = GRACE
+                if failed:
+                    log.info("upkeep works again", extra={"worker": self._known_as.name})
+                older_than, failed = GRACE, False
             stopping.wait(BEAT_S)
         return True
 
