@@ -36,7 +36,7 @@ def clean_scan(surface: Surface, moved: Similarity = STILL, noise_mm: float = 0.
         points=moved.apply(points),
         normals=moved.turn(surface.normals),
         is_border=on_rim,
-        display=Surface(moved.apply(points), surface.triangles),
+        drape=lambda: Surface(moved.apply(points), surface.triangles),
         body_from_file=Similarity.identity(),
         unit=Unit("mm", 1.0, "given"),
     )

@@ -25,4 +25,4 @@ def clean_scan(
     offset = points[nearest].mean(axis=1) - points
     offset -= (offset * normals).sum(1, keepdims=True) * normals
     border = np.linalg.norm(offset, axis=1) / distance[:, -1] > 0.33
-    return CleanScan(points, normals, border, surface, Similarity.identity(), Unit("mm", 1.0, "given"))
+    return CleanScan(points, normals, border, lambda: surface, Similarity.identity(), Unit("mm", 1.0, "given"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -26,6 +27,7 @@ AREA_NAMES: tuple[AreaName, ...] = get_args(AreaName)  # in listening order
 LANDMARK_NAMES: tuple[LandmarkName, ...] = get_args(LandmarkName)
 PUBERTY_YEARS = 12.0  # from here on, a girl's or woman's breasts may move the skin of the chest against the ribs
 BONE_LANDMARKS: tuple[LandmarkName, ...] = ("suprasternal_notch", "xiphisternum")
+UNREADABLE_FILE = "unreadable_file"
 
 Progress = Callable[[str, float], None]
 """Called with the stage's name (`read`, `clean`, `choose`, `fit`, `judge`) and the fraction done, 0 to 1."""
@@ -50,9 +52,6 @@ class ScanFault(Exception):
     def __init__(self, reason: Reason) -> None:
         super().__init__(f"{reason.message} {reason.advice}".strip())
         self.reason = reason
-
-
-UNREADABLE_FILE = "unreadable_file"
 
 
 class ScanUnreadable(ScanFault):
@@ -88,12 +87,12 @@ class Unit:
 
 @dataclass(frozen=True)
 class RawScan:
-    """What stands in the file, in the file's own coordinates and unit. notes: what was odd about it, in words."""
+    """What stands in the file, in the file's own coordinates and unit. unit_by_format: what the format itself
+    prescribes (glTF: "m"), if anything; notes: what was odd about it, in words."""
 
     surface: Surface
     file_format: str
     unit_by_format: str | None = None
-    """The unit the format itself prescribes (glTF: "m"), if any."""
     notes: tuple[str, ...] = ()
     colouring: Colouring | None = None
 
@@ -103,20 +102,24 @@ class CleanScan:
     """The chest alone: bed, floor, clutter and islands gone.
 
     points: (n, 3), n <= about 25,000, evenly spread; normals: (n, 3) outward units; is_border: (n,) bool,
-    True on the scan's rim, where a nearest point means little. display: the same skin for showing, at most
-    40,000 vertices, triangulated even when the file was a cloud. body_from_file: file coordinates -> body.
+    True on the scan's rim, where a nearest point means little. drape: gives `display`, which may still be in the
+    making; body_from_file: file coordinates -> body; notes: what was done, in words ("kept 1 of 3 pieces"); warnings:
+    what was noticed while cleaning and cannot be seen in the cleaned points any more.
     """
 
     points: np.ndarray
     normals: np.ndarray
     is_border: np.ndarray
-    display: Surface
+    drape: Callable[[], Surface]
     body_from_file: Similarity
     unit: Unit
     notes: tuple[str, ...] = ()
-    """What was done, in words: "removed a flat bed", "kept 1 of 3 pieces"."""
     warnings: tuple[Reason, ...] = ()
-    """What was noticed while cleaning and cannot be seen in the cleaned points any more."""
+
+    @cached_property
+    def display(self) -> Surface:
+        """The same skin for showing, at most 40,000 vertices, triangulated even when the file was a cloud."""
+        return self.drape()
 
     def moved(self, move: Similarity) -> CleanScan:
         """The same skin after a rigid move; body_from_file follows, so file coordinates stay what they were."""
@@ -124,7 +127,7 @@ class CleanScan:
             self,
             points=move.apply(self.points),
             normals=move.turn(self.normals),
-            display=Surface(move.apply(self.display.vertices), self.display.triangles),
+            drape=lambda: Surface(move.apply(self.display.vertices), self.display.triangles),
             body_from_file=move.after(self.body_from_file),
         )
 
@@ -148,10 +151,8 @@ Landmarks = Mapping[LandmarkName, Landmark]
 
 @dataclass(frozen=True)
 class Reference:
-    """One reference body, lying on its back. surface: torso skin of the shared topology; card: its card.json.
-
-    landmarks, areas: name -> (3,) on the skin; spread_mm: how far two people's marks lie apart, empty without any.
-    """
+    """One reference body, lying on its back. surface: torso skin of the shared topology; card: its card.json;
+    landmarks, areas: name -> (3,) on the skin; spread_mm: how far two people's marks lie apart, empty without any."""
 
     id: str
     surface: Surface
@@ -234,16 +235,15 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Located:
-    """What each of the three methods returns: the areas before they are judged, and how it got there."""
+    """What each of the three methods returns: the areas before they are judged, and how it got there. measures: named
+    numbers for the judge, e.g. `rule_disagreement_mm`; notes: what was done that one would not expect, in words."""
 
     areas: Mapping[AreaName, Estimate]
     fit: Fit | None
     references: tuple[RankedReference, ...]
     selected: str | None
     measures: Mapping[str, float]
-    """Named numbers for the judge, e.g. `rule_disagreement_mm`, `landmark_residual_mm`."""
     notes: tuple[str, ...] = ()
-    """What was done that one would not expect, in words."""
 
 
 @dataclass(frozen=True)

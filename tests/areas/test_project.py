@@ -20,7 +20,7 @@ def bowl() -> CleanScan:
     points = np.concatenate([front, back])
     display = Surface(points, np.zeros((0, 3), int))
     border = np.zeros(len(points), bool)
-    return CleanScan(points, normals, border, display, Similarity.identity(), Unit("mm", 1.0, "given"))
+    return CleanScan(points, normals, border, lambda: display, Similarity.identity(), Unit("mm", 1.0, "given"))
 
 
 def on_skin(*place: float) -> SkinPlace:

@@ -80,7 +80,7 @@ def test_the_cleaned_surface_leaves_in_the_files_own_coordinates(is_cloud: bool)
     in_file = np.random.default_rng(1).normal(size=(30, 3))
     skin = body_from_file.apply(in_file)
     surface = cloud(skin) if is_cloud else Surface(skin, np.arange(30).reshape(10, 3))
-    scan = CleanScan(skin, skin, np.zeros(30, bool), surface, body_from_file, Unit("m", 1000.0, "given"))
+    scan = CleanScan(skin, skin, np.zeros(30, bool), lambda: surface, body_from_file, Unit("m", 1000.0, "given"))
     back = trimesh.load(io.BytesIO(surface_ply(scan)), file_type="ply", process=False)
     np.testing.assert_allclose(back.vertices, in_file, atol=1e-6)
 

@@ -14,7 +14,7 @@ SCAN = CleanScan(
     BODY.surface.vertices,
     BODY.surface.normals,
     np.zeros(len(BODY.surface.vertices), bool),
-    BODY.surface,
+    lambda: BODY.surface,
     Similarity.identity(),
     Unit("mm", 1.0, "given"),
 )

@@ -97,7 +97,7 @@ def test_a_mirrored_body_has_its_suggestions_mirrored_and_their_sides_swapped() 
     mirror = Surface(fit.surface.vertices * flip, fit.surface.triangles[:, ::-1])
     places = {swap.get(name, name): place * flip for name, place in fit.landmarks.items()}
     scan = CleanScan(
-        SCAN.points * flip, SCAN.normals * flip, SCAN.is_border, SCAN.display, SCAN.body_from_file, SCAN.unit
+        SCAN.points * flip, SCAN.normals * flip, SCAN.is_border, SCAN.drape, SCAN.body_from_file, SCAN.unit
     )
     found = suggested(fit)
     other = suggested(Fit(mirror, places, {}, 1.0, 1.0, 0.5), scan)  # type: ignore[arg-type]
@@ -126,7 +126,7 @@ def test_suggestions_move_with_the_body() -> None:
         1.0,
         0.5,
     )
-    scan = CleanScan(move(SCAN.points), SCAN.normals, SCAN.is_border, SCAN.display, SCAN.body_from_file, SCAN.unit)
+    scan = CleanScan(move(SCAN.points), SCAN.normals, SCAN.is_border, SCAN.drape, SCAN.body_from_file, SCAN.unit)
     before, after = suggested(fit), suggested(moved, scan)
     for name in LANDMARK_NAMES:
         np.testing.assert_allclose(after[name].position, before[name].position + shift, atol=1e-6)
@@ -147,7 +147,7 @@ def smooth_barrel(noise_mm: float) -> tuple[CleanScan, Fit]:
     normals = np.stack([np.sin(turn) / 165, 0 * turn, np.cos(turn) / 110], axis=-1).reshape(-1, 3)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     points = points + noise_mm * np.random.default_rng(3).normal(size=points.shape)
-    scan = CleanScan(points, normals, np.zeros(len(points), bool), SCAN.display, SCAN.body_from_file, SCAN.unit)
+    scan = CleanScan(points, normals, np.zeros(len(points), bool), SCAN.drape, SCAN.body_from_file, SCAN.unit)
     surface = Surface(points[::20], np.array([[0, 1, 2]]))
     return scan, Fit(surface, fitted().landmarks, {}, 1.0, 1.0, 0.5)
 
@@ -165,6 +165,6 @@ def test_skin_without_marks_moves_a_suggestion_little_and_says_that_it_is_a_gues
 def test_a_scan_that_ends_above_the_navel_still_has_a_suggestion_for_it() -> None:
     kept = SCAN.points[:, 1] > -250.0
     scan = CleanScan(
-        SCAN.points[kept], SCAN.normals[kept], SCAN.is_border[kept], SCAN.display, SCAN.body_from_file, SCAN.unit
+        SCAN.points[kept], SCAN.normals[kept], SCAN.is_border[kept], SCAN.drape, SCAN.body_from_file, SCAN.unit
     )
     assert np.isfinite(suggested(fitted(), scan)["navel"].position).all()

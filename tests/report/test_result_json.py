@@ -1,3 +1,4 @@
+import io
 import json
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ SCAN = CleanScan(
     np.eye(3),
     np.eye(3),
     np.zeros(3, bool),
-    Surface(np.eye(3), np.array([[0, 1, 2]])),
+    lambda: Surface(np.eye(3), np.array([[0, 1, 2]])),
     BODY_FROM_FILE,
     Unit("m", 1000.0, "found"),
     ("removed a flat bed",),
@@ -55,6 +56,15 @@ def test_the_document_is_plain_json() -> None:
 def test_an_outcome_survives_the_archive_unchanged() -> None:
     again = outcome_from_bytes(outcome_to_bytes(OUTCOME))
     assert result_json(again) == result_json(OUTCOME)
+
+
+def test_an_archive_holds_the_skin_itself_under_the_name_that_older_archives_have() -> None:
+    data = outcome_to_bytes(OUTCOME)
+    with np.load(io.BytesIO(data)) as archive:
+        fields = json.loads(archive["skeleton"].tobytes())["fields"]["scan"]["fields"]
+    assert fields["display"]["$type"] == "Surface"
+    assert "drape" not in fields
+    np.testing.assert_array_equal(outcome_from_bytes(data).scan.display.vertices, SCAN.display.vertices)  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("data", [b"", b"PK\x03\x04 nonsense", b"\x80\x04."], ids=["empty", "broken zip", "pickle"])

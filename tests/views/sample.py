@@ -30,7 +30,7 @@ def clean_scan() -> CleanScan:
         points=skin.vertices,
         normals=skin.normals,
         is_border=np.zeros(len(skin.vertices), bool),
-        display=skin,
+        drape=lambda: skin,
         body_from_file=METRES,
         unit=Unit("m", 1000.0, "found"),
     )

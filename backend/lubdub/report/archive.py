@@ -10,7 +10,7 @@ import dataclasses
 import io
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -22,14 +22,18 @@ from lubdub.geometry.surface import Surface
 
 T = TypeVar("T")
 
-_TYPES: dict[str, type[Any]] = {
+
+def _clean_scan(display: Surface, **fields: Any) -> results.CleanScan:
+    return results.CleanScan(drape=lambda: display, **fields)
+
+
+_MAKERS: dict[str, Callable[..., Any]] = {
     kind.__name__: kind
     for kind in (
         Similarity,
         StickerProof,
         Surface,
         results.Area,
-        results.CleanScan,
         results.Examination,
         results.Fit,
         results.Landmark,
@@ -39,7 +43,7 @@ _TYPES: dict[str, type[Any]] = {
         results.Reason,
         results.Unit,
     )
-}
+} | {results.CleanScan.__name__: _clean_scan}
 
 
 def examination_to_bytes(examination: results.Examination) -> bytes:
@@ -87,7 +91,7 @@ def _encode(value: Any, arrays: list[np.ndarray]) -> Any:
         arrays.append(value)
         return {"$array": len(arrays) - 1}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {f.name: _encode(getattr(value, f.name), arrays) for f in dataclasses.fields(value)}
+        fields = {name: _encode(field, arrays) for name, field in _fields(value).items()}
         return {"$type": type(value).__name__, "fields": fields}
     if isinstance(value, Mapping):
         return {"$map": {str(key): _encode(item, arrays) for key, item in value.items()}}
@@ -96,6 +100,14 @@ def _encode(value: Any, arrays: list[np.ndarray]) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     return value
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    """The fields of a dataclass; of a scan its skin for showing itself, not the way to it."""
+    names = [field.name for field in dataclasses.fields(value)]
+    if isinstance(value, results.CleanScan):
+        names = ["display" if name == "drape" else name for name in names]
+    return {name: getattr(value, name) for name in names}
 
 
 def _decode(value: Any, archive: Mapping[str, np.ndarray]) -> Any:
@@ -107,4 +119,4 @@ def _decode(value: Any, archive: Mapping[str, np.ndarray]) -> Any:
         return archive[f"a{int(value['$array'])}"]
     if "$map" in value:
         return {key: _decode(item, archive) for key, item in value["$map"].items()}
-    return _TYPES[value["$type"]](**{key: _decode(item, archive) for key, item in value["fields"].items()})
+    return _MAKERS[value["$type"]](**{key: _decode(item, archive) for key, item in value["fields"].items()})

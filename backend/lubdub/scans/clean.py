@@ -11,7 +11,7 @@ from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface
 from lubdub.results import CleanScan, LandmarkName, RawScan, Reason, ScanRefused, Unit
 from lubdub.scans.crop import near_landmarks
-from lubdub.scans.display import draped, light_mesh
+from lubdub.scans.display import begun, draped, light_mesh
 from lubdub.scans.normals import Neighbourhood, border, cloud_normals, mesh_normals, neighbourhood, turned_outward
 from lubdub.scans.pieces import choose_pieces, is_body_like
 from lubdub.scans.planes import find_planes
@@ -117,8 +117,8 @@ def _finished(
     normals, was_inside_out = turned_outward(points, _normals(points, near, by_triangles))
     if was_inside_out and by_triangles is not None:
         notes = (*notes, "the surface was inside out and was turned round")
-    display = draped(points, normals, near) if surface.is_cloud else light_mesh(surface, points, normals)
-    return CleanScan(points, normals, border(points, normals, near), display, to_mm, unit, notes, warnings)
+    drape = begun(lambda: draped(points, normals, near) if surface.is_cloud else light_mesh(surface, points, normals))
+    return CleanScan(points, normals, border(points, normals, near), drape, to_mm, unit, notes, warnings)
 
 
 def _even(surface: Surface) -> tuple[Surface, Cells, np.ndarray, Neighbourhood]:

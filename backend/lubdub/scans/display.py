@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from scipy.spatial import Delaunay, QhullError, cKDTree
@@ -20,6 +21,17 @@ _SHEET_GAP = 2.0  # times the distance to the 4th neighbour
 _LEAST_SHEET = 8
 _OVERLAP = 0.2  # of 3: views overlap a little rather than leave cracks between them
 _EASED_OVER = 10  # neighbours: 2.5 mm noise becomes 0.8 mm, and a nipple keeps most of its height
+
+
+def begun(make: Callable[[], Surface]) -> Callable[[], Surface]:
+    """Begin to make it in a thread. Whoever wants it waits for it, and gets what went wrong there.
+
+    The triangulation lets other threads run, so with a second core it costs the fit beside it nothing.
+    """
+    with_one_thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="drape")
+    skin = with_one_thread.submit(make)
+    with_one_thread.shutdown(wait=False)
+    return skin.result
 
 
 def light_mesh(surface: Surface, points: np.ndarray, normals: np.ndarray) -> Surface:

@@ -27,6 +27,8 @@ class NormalSettings:
     """Share of shared edges that two triangles walk in opposite directions. All do in a well-wound mesh; a seam
     between two halves, one inside out, is a few hundred edges of a hundred thousand."""
     triangles_looked_at: int = 200_000
+    threads: int = 2
+    """As many as a small server has cores; how many changes no number."""
 
 
 SETTINGS = NormalSettings()
@@ -42,9 +44,9 @@ class Neighbourhood:
     def kept(self, keep: np.ndarray, points: np.ndarray) -> Neighbourhood:
         """The same for the points (n, 3) that are True in keep (n,); only those that lost a neighbour look anew."""
         left, wanted = points[keep], min(self.index.shape[1], int(keep.sum()))
-        index, reach = (np.cumsum(keep) - 1)[self.index[keep]], self.reach[keep]
-        lost = ~keep[self.index[keep]].all(axis=1)
-        index, reach = index[:, :wanted].copy(), reach[:, :wanted].copy()
+        before = self.index[keep, :wanted]
+        index, reach = (np.cumsum(keep) - 1)[before], self.reach[keep, :wanted]
+        lost = ~keep[before].all(axis=1)
         if lost.any():
             reach[lost], index[lost] = cKDTree(left).query(left[lost], k=wanted)
         return Neighbourhood(index, reach)
@@ -52,7 +54,8 @@ class Neighbourhood:
 
 def neighbourhood(points: np.ndarray) -> Neighbourhood:
     """The 24 nearest neighbours (and itself) of each point; fewer when there are fewer points."""
-    reach, index = cKDTree(points).query(points, k=min(SETTINGS.neighbours + 1, len(points)))
+    k = min(SETTINGS.neighbours + 1, len(points))
+    reach, index = cKDTree(points).query(points, k=k, workers=SETTINGS.threads)
     return Neighbourhood(index, reach)
 
 

@@ -44,7 +44,7 @@ class Body:
         as_it_lies = Similarity(1.0, np.eye(3), np.zeros(3))
         rim = np.zeros(len(surface.vertices), bool)
         unit = Unit("mm", 1.0, "given")
-        scan = CleanScan(surface.vertices, surface.normals, rim, surface, as_it_lies, unit)
+        scan = CleanScan(surface.vertices, surface.normals, rim, lambda: surface, as_it_lies, unit)
         landmarks = {str(name): Landmark(place, "given", 5.0) for name, place in reference.landmarks.items()}
         return Body(scan, landmarks, SkinWalker(surface, surface.vertices, surface.normals))
 
