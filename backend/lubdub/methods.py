@@ -12,7 +12,7 @@ from lubdub.areas.bones import believe
 from lubdub.areas.rule import Breastbone, distance_mm, place_areas
 from lubdub.fitting.paper import fit_paper
 from lubdub.fitting.shape import Pose
-from lubdub.judging.measures import landmark_residual, landmark_strain
+from lubdub.judging.measures import folded_share, landmark_residual, landmark_strain
 from lubdub.library.choose import choose
 from lubdub.library.nearest import rank_by_shape
 from lubdub.results import (
@@ -82,6 +82,7 @@ def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
     measures = {
         "surface_residual_mm": chest.fit.surface_residual_mm,
         "strangeness": chest.fit.strangeness,
+        "folded_share": folded_share(chest.fit.surface, chest.overlay.surface),
         "sternum_mm": bone.length_mm,
         **_against_age(bone, chest.patient),
         "rule_disagreement_mm": _disagreement(areas, chest.fit, chest.age_years),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lubdub.geometry.surface import Surface
-from lubdub.judging.measures import chest_coverage, chest_rise, landmark_residual, landmark_strain
+from lubdub.judging.measures import chest_coverage, chest_rise, folded_share, landmark_residual, landmark_strain
 from lubdub.results import LANDMARK_NAMES, Fit, Landmark, LandmarkName, Patient
 from tests.bodies import hide_side, torso_scan
 from tests.scanned import clean_scan
@@ -27,6 +27,15 @@ def test_half_a_chest_is_half_a_coverage() -> None:
 def test_a_back_covers_nothing() -> None:
     back = hide_side(BODY, (0, 0, -1)).surface
     assert chest_coverage(clean_scan(back, -FRONT), PLACES, 1.0) == 0.0
+
+
+def test_bent_skin_is_not_folded_and_a_corner_drawn_across_its_opposite_edge_is() -> None:
+    flat = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    bent, folded = flat.copy(), flat.copy()
+    bent[1, 2], folded[1] = 0.8, [0.2, 0.8, 0.0]
+    assert folded_share(Surface(flat, triangles), Surface(bent, triangles)) == 0.0
+    assert folded_share(Surface(flat, triangles), Surface(folded, triangles)) == 0.5
 
 
 def marks(scale: float = 1.0) -> dict[str, Landmark]:

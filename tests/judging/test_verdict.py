@@ -67,6 +67,7 @@ def test_what_makes_us_refuse(evidence: Evidence, reason: object) -> None:
         (replace(FINE, coverage=0.6), reasons.THIN_COVERAGE),
         (measured(surface_residual_mm=7.0), reasons.ROUGH_SURFACE),
         (measured(strangeness=0.6), reasons.ODD_SHAPE),
+        (measured(folded_share=0.05), reasons.ODD_SHAPE),
         (measured(sternum_of_expected=0.6), reasons.AGE_AND_SIZE),
         (measured(sternum_of_expected=1.5), reasons.AGE_AND_SIZE),
         (replace(FINE, method="paper"), reasons.PAPER_METHOD),

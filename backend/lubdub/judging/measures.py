@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from lubdub.geometry.surface import Surface, triangle_normals
 from lubdub.results import BONE_LANDMARKS, CleanScan, Fit, LandmarkName, Landmarks, Patient
 
 
@@ -32,6 +33,12 @@ class StrainSettings:
             return float(np.hypot(share * sternum_mm, self.bone_click_mm))
         slides = patient.may_have_breasts and name.startswith("nipple")
         return float(np.hypot((self.breast_share if slides else self.seen_share) * sternum_mm, self.seen_click_mm))
+
+
+def folded_share(before: Surface, after: Surface) -> float:
+    """Share of a body's triangles that a deformation of it turned over: none where the skin was only bent."""
+    turned = triangle_normals(before.vertices, before.triangles) * triangle_normals(after.vertices, after.triangles)
+    return float((turned.sum(axis=1) < 0).mean())
 
 
 def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
