@@ -60,9 +60,8 @@ class PoseFound:
 
 @dataclass(frozen=True)
 class _Turn:
-    """A way to lie, fully fitted. score: rough and full misfit together."""
+    """A way to lie, fully fitted."""
 
-    score: float
     pose: Pose
     fit: Fit
     misfit_mm: float
@@ -84,17 +83,20 @@ def find_pose(
         pose, fit = fit_shape(target, {}, coarse, start, settings.rough, expected)
         return scored(pose, fit, coarse, 15.0), pose
 
-    def fully(score: float, start: Pose) -> _Turn:
-        # A flexible body explains a lot, even upside down; a stiff one explains less but lies less: both count.
+    def fully(start: Pose) -> _Turn:
         pose, fit = fit_shape(target, {}, basis, start, settings.full, expected)
-        misfit = scored(pose, fit, basis, 10.0)
-        return _Turn(score + misfit, pose, fit, misfit)
+        return _Turn(pose, fit, scored(pose, fit, basis, 10.0))
 
     rough = sorted(map(roughly, _starts(target, basis, settings, expected)), key=lambda pair: pair[0])
-    turns = [fully(score, pose) for score, pose in _distinct(rough)[: settings.kept]]
-    best = min(turns, key=lambda turn: turn.score)
-    ratios = [turn.score / best.score for turn in turns if _turn_between(turn.pose, best.pose) > 0.6]
-    upside_down = [fully(0.0, start) for start in _heads_for_feet(best.pose, basis, target, expected, settings)]
+    kept = _distinct(rough)[: settings.kept]
+    turns = [fully(start) for _, start in kept]
+    # A flexible body explains a lot, even upside down; a stiff one explains less but lies less: both count.
+    scores = [score + turn.misfit_mm for (score, _), turn in zip(kept, turns, strict=True)]
+    best, least = turns[int(np.argmin(scores))], min(scores)
+    ratios = [
+        score / least for score, turn in zip(scores, turns, strict=True) if _turn_between(turn.pose, best.pose) > 0.6
+    ]
+    upside_down = map(fully, _heads_for_feet(best.pose, basis, target, expected, settings))
     ratios += [turn.misfit_mm / best.misfit_mm for turn in upside_down]
     return PoseFound(best.pose, best.fit, best.misfit_mm, min(ratios) - 1)
 
