@@ -68,15 +68,14 @@ def test_a_fit_that_stuck_below_the_bodys_size_is_freed_by_the_second_look(
     assert left_unexplained_mm(looked, library) < 0.7 * left_unexplained_mm(stuck, library)
 
 
-@pytest.mark.parametrize(("years", "is_laid"), [(40.0, True), (2.0, False)])
-def test_which_way_up_a_small_child_lies_must_be_clearer_than_for_others(
-    library: Library, monkeypatch: pytest.MonkeyPatch, years: float, is_laid: bool
+@pytest.mark.parametrize("years", [40.0, 2.0])
+def test_nobody_is_laid_down_who_might_as_well_lie_another_way(
+    library: Library, monkeypatch: pytest.MonkeyPatch, years: float
 ) -> None:
     ready = prepare(read_scan(bodies.write_ply(bodies.hide_side(bodies.torso_scan()).surface)), None, {})
-    found = replace(find_pose(ready.scan, library.basis), margin=0.2)
-    monkeypatch.setattr(stages, "find_pose", lambda *_, **__: found)
-    if is_laid:
-        assert stages.lay_down(ready.scan, {}, library.basis, Patient(years)).given == {}
-    else:
-        with pytest.raises(stages.LieUnclear):
-            stages.lay_down(ready.scan, {}, library.basis, Patient(years))
+    found = find_pose(ready.scan, library.basis)
+    monkeypatch.setattr(stages, "find_pose", lambda *_, **__: replace(found, margin=0.19))
+    assert stages.lay_down(ready.scan, {}, library.basis, Patient(years)).given == {}
+    monkeypatch.setattr(stages, "find_pose", lambda *_, **__: replace(found, margin=0.17))
+    with pytest.raises(stages.LieUnclear):
+        stages.lay_down(ready.scan, {}, library.basis, Patient(years))

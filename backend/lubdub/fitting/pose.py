@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from lubdub.fitting.expected import STRICT, Expected, anybody
 from lubdub.fitting.misfit import misfit_mm, with_surprise
 from lubdub.fitting.shape import Pose, ShapeFitSettings, Target, expected_scales, fit_shape, shape_of
+from lubdub.fitting.starts import resized
 from lubdub.geometry.frames import Similarity
 from lubdub.geometry.surface import Surface
 from lubdub.results import CleanScan, Fit, ShapeBasis
@@ -32,6 +33,10 @@ class PoseSettings:
     """The same as a multiple of what the expected breastbone suggests: a phone's scan of a baby shows much bed."""
     turned_sizes: tuple[float, ...] = (1.0, 1.2, 1.45)
     """Starts for a body with its head where the best one has its feet, as multiples of that one's size."""
+    larger: float = 1.45
+    """A start that many times larger at the best one's notch. A frame of a modelled woman of another origin was
+    explained nearly as well by a body two thirds her size, which ended at her waist: 84 mm off, from all other starts.
+    """
     kept: int = 3
     """How many of the rough fits are fitted fully."""
     rough: ShapeFitSettings = field(
@@ -96,6 +101,8 @@ def find_pose(
     ratios = [
         score / least for score, turn in zip(scores, turns, strict=True) if _turn_between(turn.pose, best.pose) > 0.6
     ]
+    larger = fully(resized(best.pose, settings.larger, best.fit.landmarks["suprasternal_notch"]))
+    best = min(best, larger, key=lambda turn: turn.misfit_mm)
     upside_down = map(fully, _heads_for_feet(best.pose, basis, target, expected, settings))
     ratios += [turn.misfit_mm / best.misfit_mm for turn in upside_down]
     return PoseFound(best.pose, best.fit, best.misfit_mm, min(ratios) - 1)

@@ -64,7 +64,7 @@ def sized_starts(start: Pose, middle: np.ndarray, basis: ShapeBasis, expected: E
     suggested = start.body_from_basis.scale
     scales = [suggested * size for size in SETTINGS.sizes]
     scales += expected_scales(expected, basis, SETTINGS.expected_sizes)
-    return [_resized(start, scale / suggested, middle) for scale in scales]
+    return [resized(start, scale / suggested, middle) for scale in scales]
 
 
 def starts_at_notch(fit: Fit, navel: np.ndarray, basis: ShapeBasis, expected: Expected) -> list[Pose]:
@@ -81,7 +81,8 @@ def starts_at_notch(fit: Fit, navel: np.ndarray, basis: ShapeBasis, expected: Ex
     return [start_from(places, basis, expected) for places in sized]
 
 
-def _resized(start: Pose, size: float, middle: np.ndarray) -> Pose:
+def resized(start: Pose, size: float, middle: np.ndarray) -> Pose:
+    """A start so many times larger about a fixed point, middle (3,)."""
     old = start.body_from_basis
     move = Similarity(size * old.scale, old.rotation, middle + size * (old.translation - middle))
     return Pose(move, start.coefficients)
