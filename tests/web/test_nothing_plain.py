@@ -6,6 +6,7 @@ The marks looked for: bytes out of the scan's file, the numbers of its landmarks
 from __future__ import annotations
 
 import json
+import os
 import struct
 import threading
 from collections.abc import Iterator
@@ -60,12 +61,13 @@ class Watch:
         self.look()
 
     def look(self) -> None:
-        for path in self._folder.rglob("*"):
-            try:
-                content = path.read_bytes() if path.is_file() else b""
-            except OSError:
-                continue  # gone between being seen and being read
-            self.found |= {(str(path.relative_to(self._folder)), mark) for mark in self._marks if mark in content}
+        for folder, _, names in os.walk(self._folder):  # goes on where a folder is gone meanwhile
+            for path in (Path(folder) / name for name in names):
+                try:
+                    content = path.read_bytes() if path.is_file() else b""
+                except OSError:
+                    continue  # gone between being seen and being read
+                self.found |= {(str(path.relative_to(self._folder)), mark) for mark in self._marks if mark in content}
         self.rounds += 1
 
     def _look_on(self) -> None:
