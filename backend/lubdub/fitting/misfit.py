@@ -16,7 +16,8 @@ def misfit_mm(pose: Pose, basis: ShapeBasis, target: Target, limit: float, expec
 
     The body's far side is left out when the scan is one-sided; three tenths of the scan may be arms or clutter; an odd
     shape counts against itself. Scan that no body explains counts as much as body without a scan: when it counted half,
-    a body too small was hardly worse, and of 77 simulated small children, unmarked, one was shown upside down.
+    a body too small was hardly worse, and of 77 simulated small children, unmarked, one was shown a third of its length
+    out of place.
     """
     cap = 4 * limit
     vertices = body_of(pose, basis)
