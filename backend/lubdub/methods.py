@@ -38,8 +38,8 @@ class Chest:
 
     landmarks: all five, given or suggested. fit: the shape basis bent onto the scan; always there for `lubdub`,
     otherwise only when landmarks had to be suggested. pose: the state that fit ended in. overlay: the same body
-    laid exactly on the skin and the clicks; for showing, since its bones follow the clicks and so cannot contradict
-    them. age_years: as said, or read off the breastbone.
+    laid exactly on the skin, near the clicks and with the believed breastbone; for showing, since it follows the
+    clicks and so cannot contradict them. age_years: as said, or read off the breastbone.
     """
 
     scan: CleanScan
@@ -49,6 +49,17 @@ class Chest:
     fit: Fit | None = None
     pose: Pose | None = None
     overlay: Fit | None = None
+
+    @property
+    def marked(self) -> Landmarks:
+        """The landmarks that a person or a sticker gave."""
+        return {name: landmark for name, landmark in self.landmarks.items() if landmark.is_marked}
+
+    def breastbone(self) -> Breastbone:
+        """As clicks and fitted body say together; they are two witnesses. Raises ValueError without a fitted body."""
+        if self.fit is None:
+            raise ValueError("this needs a fitted body")
+        return believe(self.marked, self.fit.landmarks, self.patient)
 
 
 Method = Callable[[Chest, Library, Progress], Located]
@@ -76,7 +87,7 @@ def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
     """Bone first: the rule on bone points believed from clicks and fitted body together."""
     if chest.fit is None or chest.overlay is None:
         raise ValueError("this method needs a fitted body")
-    bone = believe(_given(chest.landmarks), chest.fit.landmarks, chest.patient)
+    bone = chest.breastbone()
     areas = place_areas(bone, chest.age_years)
     ranked = rank_by_shape(chest.fit.surface, library.references)
     measures = {
@@ -109,10 +120,6 @@ def _carried_sigma(reference: Reference, name: AreaName, length: float) -> np.nd
     return np.hypot(PAPER_SIGMA * length, reference.spread_mm.get(name, 0.0) / 2 * grown)
 
 
-def _given(landmarks: Landmarks) -> Landmarks:
-    return {name: landmark for name, landmark in landmarks.items() if landmark.is_marked}
-
-
 def _disagreement(areas: Mapping[AreaName, Estimate], fit: Fit, age_years: float) -> float:
     """How far the rule on the fitted body's own bones lies from the answer: a registration against a ruler."""
     sure = np.zeros((2, 2))
@@ -129,10 +136,9 @@ def _against_age(bone: Breastbone, patient: Patient) -> dict[str, float]:
 
 def _against_rule(chest: Chest, areas: Mapping[AreaName, np.ndarray]) -> dict[str, float]:
     """The same for areas carried by a mesh, when the bones were clicked."""
-    given = _given(chest.landmarks)
-    if not all(name in given for name in BONE_LANDMARKS):
+    if not all(name in chest.marked for name in BONE_LANDMARKS):
         return {}
-    rule = place_areas(believe(given, {}, chest.patient), chest.age_years)
+    rule = place_areas(believe(chest.marked, {}, chest.patient), chest.age_years)
     return {"rule_disagreement_mm": distance_mm(_positions(rule), areas)}
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from references.make.anatomy import area_offsets, drop_on_skin
+from references.make.anatomy import area_offsets, drop_on_skin, place_areas
 from references.make.body import Body, Workshop
 from references.make.fields import bump, front_share, random_smooth_field, slide_on_skin
 from references.make.makehuman import UNSEEN
@@ -44,6 +44,8 @@ class Subject:
 
     mesh_bones: (2, 3) and mesh_areas: (4, 3) are where the mesh would carry bones and areas if nothing under the skin
     differed between people: the truth for a registration alone, which can know no more than the skin.
+    usual_areas: (2, 4, 3) where the anatomy table puts the areas on the true bones and on mesh_bones: the best guesses
+    of somebody who knows the one or the other, and whose errors nobody can undercut.
     """
 
     phenotype: Phenotype
@@ -53,6 +55,7 @@ class Subject:
     sternum_mm: float
     mesh_bones: np.ndarray
     mesh_areas: np.ndarray
+    usual_areas: np.ndarray
 
 
 def draw_modifiers(random: np.random.Generator, phenotype: Phenotype, spread: Spread) -> dict[str, float]:
@@ -129,13 +132,13 @@ def _slide_soft_parts(
 def _with_bones(
     workshop: Workshop,
     random: np.random.Generator,
-    bones: tuple[float, float],
+    drawn: tuple[float, float],
     whole: np.ndarray,
     carried: np.ndarray,
     phenotype: Phenotype,
     spread: Spread,
 ) -> Subject:
-    level, sternum = bones
+    level, sternum = drawn
     vertices, trunk = whole[workshop.torso.indices], workshop.trunk_triangles
     midline = 0.5 * (vertices[workshop.navel_and_nipples[1], 0] + vertices[workshop.navel_and_nipples[2], 0])
     notch = np.array([midline, level])
@@ -146,7 +149,14 @@ def _with_bones(
     marks = drop_on_skin(places, vertices, trunk).positions
     soft = vertices[workshop.navel_and_nipples]
     origin = marks[0]
-    landmarks = np.concatenate([marks[:2], soft]) - origin
+    usual = [place_areas(vertices, trunk, bones, phenotype.age_years).positions for bones in (marks[:2], carried[:2])]
     return Subject(
-        phenotype, whole - origin, landmarks, marks[2:] - origin, sternum, carried[:2] - origin, carried[2:] - origin
+        phenotype=phenotype,
+        whole=whole - origin,
+        landmarks=np.concatenate([marks[:2], soft]) - origin,
+        areas=marks[2:] - origin,
+        sternum_mm=sternum,
+        mesh_bones=carried[:2] - origin,
+        mesh_areas=carried[2:] - origin,
+        usual_areas=np.array(usual) - origin,
     )

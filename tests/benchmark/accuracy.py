@@ -12,6 +12,7 @@ from lubdub.results import AREA_NAMES, LANDMARK_NAMES
 from tests.benchmark.cohort import cohort_case, group_of
 from tests.benchmark.demo import demo_cases
 from tests.benchmark.experiment import Experiment, Report, Row, Table, Unit
+from tests.benchmark.floors import floor_rows, floors_of, floors_table, ratios, ratios_table
 from tests.benchmark.measure import (
     Case,
     Run,
@@ -59,41 +60,39 @@ def _cohort_units(size: int, seed: int) -> Iterable[Unit]:
     runs = (*WITH_CLICKS, *NO_CLICKS, *FLOOR, *MESH_ALONE)
     for number in range(size):
         case = functools.partial(cohort_case, seed, number)
-        yield Unit(f"{group_of(number).name} {number}", functools.partial(run_all, case, runs))
+        yield Unit(f"{group_of(number).name} {number}", functools.partial(_run_and_floors, case, runs, seed, number))
+
+
+def _run_and_floors(case: Callable[[], Case], runs: Sequence[Run], seed: int, number: int) -> list[Row]:
+    return run_all(case, runs) + floor_rows(seed, number)
 
 
 def report(rows: list[Row]) -> Report:
     """`overall` is the default method with five landmarks; then every run, its groups, and the suggestions."""
+    floors, rows = [row for row in rows if "floor" in row], [row for row in rows if "floor" not in row]
     headline = [row for row in rows if row["run"] == HEADLINE.name]
     unmarked = [row for row in rows if row["run"] == NO_CLICKS[0].name]
+    runs = {
+        name: summary([row for row in rows if row["run"] == name]) for name in dict.fromkeys(r["run"] for r in rows)
+    }
+    means = {name: numbers["mean_mm"] for name, numbers in runs.items() if numbers["mean_mm"]}
+    compared = ratios(means, floors_of(floors) if floors else {})
     tables = (
         runs_table("Errors in mm", rows),
+        ratios_table(compared),
         groups_table("Mean error in mm by group", rows, "mean_mm"),
         groups_table("Mean error in mm by camera", rows, "mean_mm", "camera"),
         groups_table("Share of true places inside their region, by group", rows, "held_share"),
         areas_table(headline),
         suggestions_table(unmarked),
+        *([floors_table(floors)] if floors else []),
     )
-    runs = {
-        name: summary([row for row in rows if row["run"] == name]) for name in dict.fromkeys(r["run"] for r in rows)
+    numbers: dict[str, Any] = {
+        "overall": summary(headline),
+        "runs": runs,
+        "ratios": {name: round(ratio, 3) for name, (ratio, _) in compared.items()},
     }
-    numbers: dict[str, Any] = {"overall": summary(headline), "runs": runs, "ratios": ratios(runs)}
     return Report(tables, numbers, {"errors": functools.partial(plot_errors, rows)})
-
-
-def ratios(runs: dict[str, Any]) -> dict[str, float]:
-    """The means that the claims compare, one run over another."""
-    compared = {
-        "lubdub five / rule five": ("lubdub, five", "rule, five"),
-        "lubdub five / paper three": ("lubdub, five", "paper, paper's three"),
-        "lubdub three / paper three": ("lubdub, paper's three", "paper, paper's three"),
-    }
-    means = {name: numbers["mean_mm"] for name, numbers in runs.items() if numbers["mean_mm"]}
-    return {
-        name: round(means[first] / means[second], 3)
-        for name, (first, second) in compared.items()
-        if first in means and second in means
-    }
 
 
 def areas_table(rows: Sequence[Row]) -> Table:

@@ -33,7 +33,8 @@ def _subject(number: int) -> Subject:
     areas = np.array([one.areas[name] for name in AREA_NAMES])
     phenotype = Phenotype(one.card["age_years"], one.card["sex"], one.card["stature_mm"])
     sternum = float(landmarks[0, 1] - landmarks[1, 1])
-    return Subject(phenotype, one.surface.vertices, landmarks, areas, sternum, landmarks[:2], areas)
+    usual = np.array([areas, areas + [0.0, 10.0, 0.0]])
+    return Subject(phenotype, one.surface.vertices, landmarks, areas, sternum, landmarks[:2], areas, usual)
 
 
 @pytest.fixture(scope="module", autouse=True)
