@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lubdub.cases.values import Answer, StopQuestion
-from lubdub.results import Reason
+from lubdub.results import PUBERTY_YEARS, Reason, Sex
+
+PREGNANT_BELOW_YEARS = 60.0
+"""The oldest known natural birth was at 59."""
 
 STOP_REASONS: dict[StopQuestion, Reason] = {
     "heart_on_right": Reason(
@@ -40,6 +43,11 @@ UNSURE_REASONS: dict[StopQuestion, Reason] = {
     ),
     "late_pregnancy": Reason("unsure_late_pregnancy", "Nobody was sure whether this is a late pregnancy.", _ASK_FIRST),
 }
+
+
+def may_be_pregnant(sex: Sex | None, age_years: float | None) -> bool:
+    """Whether a pregnancy is worth asking about; not before both are known."""
+    return sex == "female" and age_years is not None and PUBERTY_YEARS <= age_years < PREGNANT_BELOW_YEARS
 
 
 def stop_reason(answers: Mapping[StopQuestion, Answer]) -> Reason | None:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat
 
+from lubdub.cases.screening import may_be_pregnant
 from lubdub.cases.sharing import SharingYes
 from lubdub.cases.states import Status
 from lubdub.cases.values import Answer, Case, Consent, NewCase, Receipt
@@ -35,7 +36,10 @@ class PatientIn(Strict):
 
 
 class AnswersIn(Strict):
-    """The three questions a scan cannot answer. A yes refuses the case; not asked counts as unsure."""
+    """The three questions a scan cannot answer. A yes refuses the case; not asked counts as unsure.
+
+    Only of a late pregnancy, not asked counts as no where there can be none: in men, and below 12 and from 60 years.
+    """
 
     heart_on_right: Said = "unsure"
     chest_operation_or_device: Said = "unsure"
@@ -90,6 +94,9 @@ class CaseIn(Strict):
 
     def to_value(self) -> NewCase:
         """As the store takes it."""
+        pregnancy = _answer(self.answers.late_pregnancy)
+        if pregnancy == "unsure" and not may_be_pregnant(self.patient.sex, self.patient.age_years):
+            pregnancy = "no"
         return NewCase(
             age_years=self.patient.age_years,
             sex=self.patient.sex,
@@ -97,7 +104,7 @@ class CaseIn(Strict):
             answers={
                 "heart_on_right": _answer(self.answers.heart_on_right),
                 "chest_operation_or_device": _answer(self.answers.chest_operation_or_device),
-                "late_pregnancy": _answer(self.answers.late_pregnancy),
+                "late_pregnancy": pregnancy,
             },
             external_id=self.external_id,
             person="child" if self.patient.age_years < CHILD_BELOW else "other",

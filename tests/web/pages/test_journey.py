@@ -89,6 +89,9 @@ def test_pregnancy_is_asked_of_those_only_who_may_be_pregnant(family: Family) ->
     assert str(family.http.get("/ask/late_pregnancy").url).endswith("/consent")
     family.post("/ask/age", years="30", months="")
     assert "pregnancy" in family.get("/ask/late_pregnancy")
+    family.post("/ask/age", years="81", months="")
+    assert not str(family.http.get("/ask/late_pregnancy").url).endswith("/late_pregnancy")
+    family.post("/ask/age", years="30", months="")
     family.post("/ask/sex", sex="male")
     assert not str(family.http.get("/ask/late_pregnancy").url).endswith("/late_pregnancy")
 

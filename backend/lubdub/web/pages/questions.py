@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from lubdub.cases.screening import STOP_REASONS
+from lubdub.cases.screening import STOP_REASONS, may_be_pregnant
 from lubdub.cases.values import Answer, Consent, NewCase, Person, StopQuestion
-from lubdub.results import PUBERTY_YEARS, Reason
+from lubdub.results import Reason
 
 OLDEST_YEARS = 120
 GROWN_UP_YEARS = 18
@@ -51,9 +51,9 @@ def age_years(answers: Answers) -> float | None:
     return total if total <= OLDEST_YEARS and int(months or 0) < MONTHS_TYPED else None
 
 
-def may_be_pregnant(answers: Answers) -> bool:
-    """Only of girls and women who may be."""
-    return answers.get("sex") == "female" and (age_years(answers) or 0.0) >= PUBERTY_YEARS
+def _may_be_pregnant(answers: Answers) -> bool:
+    sex = answers.get("sex")
+    return may_be_pregnant("female" if sex == "female" else None, age_years(answers))
 
 
 YES_NO_UNSURE = ("no", "yes", "unsure")
@@ -64,7 +64,7 @@ QUESTIONS: tuple[Question, ...] = (
     Question("sex", ("sex",), ("female", "male")),
     Question("heart_on_right", ("heart_on_right",), YES_NO_UNSURE),
     Question("chest_operation_or_device", ("chest_operation_or_device",), YES_NO_UNSURE),
-    Question("late_pregnancy", ("late_pregnancy",), YES_NO_UNSURE, may_be_pregnant),
+    Question("late_pregnancy", ("late_pregnancy",), YES_NO_UNSURE, _may_be_pregnant),
     Question("posture", ("posture",), ("supine", "sitting")),
 )
 
