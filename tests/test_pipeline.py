@@ -127,6 +127,55 @@ def test_hopeless_scans_are_refused_with_a_reason(scan: BodyScan, names: tuple, 
     assert reason in (None, outcome.reasons[0].code)
 
 
+@pytest.mark.parametrize(
+    ("exchanged", "also"),
+    [
+        (("suprasternal_notch", "navel"), ()),
+        (("suprasternal_notch", "navel"), ("xiphisternum",)),
+        (("suprasternal_notch", "navel"), ("nipple_right",)),
+        (("suprasternal_notch", "xiphisternum"), ()),
+        (("suprasternal_notch", "xiphisternum"), ("nipple_left",)),
+        (("suprasternal_notch", "navel"), ("xiphisternum", "nipple_left", "nipple_right")),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("method", ["lubdub", "rule"])
+def test_marks_with_head_and_feet_exchanged_are_never_shown(exchanged: tuple, also: tuple, method: str) -> None:
+    scan, (top, low) = bed_scan(), exchanged
+    marked = {**scan.landmarks, top: scan.landmarks[low], low: scan.landmarks[top]}
+    outcome = run(replace(scan, landmarks=marked), names=(*exchanged, *also), method=method)
+    assert outcome.verdict == "refuse"
+    assert codes(outcome)[0] in ("points_out_of_order", "sides_swapped")
+
+
+def test_marks_of_the_midline_in_their_order_are_shown() -> None:
+    assert run(bed_scan(), names=("suprasternal_notch", "xiphisternum", "navel")).verdict == "show"
+
+
+@pytest.mark.parametrize("method", ["lubdub", "rule"])
+def test_a_single_nipple_on_the_other_side_is_refused(method: str) -> None:
+    scan = bed_scan()
+    crossed = replace(scan, landmarks={**scan.landmarks, "nipple_left": scan.landmarks["nipple_right"]})
+    outcome = run(crossed, names=("suprasternal_notch", "xiphisternum", "nipple_left"), method=method)
+    assert (outcome.verdict, codes(outcome)[0]) == ("refuse", "sides_swapped")
+
+
+def test_a_file_that_says_it_mirrors_the_body_is_shown_with_care() -> None:
+    scan = bodies.rescale(bed_scan(), "m")
+    # The points are where they were: only the file says that something turned them round on the way.
+    flipped = replace(scan.surface, vertices=scan.surface.vertices * [-1, 1, 1])
+    outcome = run(scan, data=bodies.write_glb(flipped, np.diag([-1.0, 1, 1, 1])))
+    assert (outcome.verdict, codes(outcome)) == ("show_with_care", ["mirrored_file"])
+
+
+@pytest.mark.parametrize("method", ["lubdub", "rule", "paper"])
+def test_progress_never_runs_backwards(method: str) -> None:
+    heard: list[float] = []
+    request = Request(MAN, bed_scan().landmarks, method=method)
+    locate(bodies.write_ply(bed_scan().surface), request, library(), lambda stage, fraction: heard.append(fraction))
+    assert heard == sorted(heard)
+
+
 def test_the_shown_body_lies_on_the_marked_points_even_where_skin_and_marks_disagree() -> None:
     scan = bed_scan()
     up = {name: scan.file_from_body.turn(np.array([0.0, 15.0, 0.0])) for name in ("nipple_left", "nipple_right")}

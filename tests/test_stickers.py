@@ -14,6 +14,7 @@ from lubdub.library.load import load_library
 from lubdub.pipeline import Request, examine, locate
 from lubdub.report.result_json import examination_json, result_json
 from lubdub.results import LandmarkName, Library, Outcome, Patient, RawScan, ScanRefused
+from lubdub.scans.reasons import MIRRORED_FILE
 from lubdub.stickers import Prepared, prepare
 from tests import bodies
 from tests.painted import BONES, PaintedScan, painted, stuck_on
@@ -80,6 +81,21 @@ def test_a_mirrored_scan_is_refused_because_its_stickers_read_backwards(wound_ag
     with pytest.raises(ScanRefused) as refusal:
         examine(bodies.write_textured_glb(of.scan.surface, of.colouring), Request(MAN), library())
     assert refusal.value.reason.code == "mirrored_by_stickers"
+
+
+def test_a_later_refusal_still_tells_of_the_stickers() -> None:
+    landmarks = scan().scan.landmarks
+    crossed = {"nipple_left": landmarks["nipple_right"], "nipple_right": landmarks["nipple_left"]}
+    data = bodies.write_textured_glb(scan().scan.surface, scan().colouring)
+    outcome = locate(data, Request(MAN, crossed), library())
+    assert (outcome.verdict, codes(outcome.reasons)) == ("refuse", ["sides_swapped"])
+    assert result_json(outcome)["stickers"]["found"] == list(BONES)
+
+
+def test_stickers_that_read_forwards_clear_a_file_that_says_it_is_mirrored() -> None:
+    said = replace(scan().raw, warnings=(MIRRORED_FILE,))
+    assert prepare(said, "mm", {}).scan.warnings == ()
+    assert prepare(replace(said, colouring=None), "mm", {}).scan.warnings == (MIRRORED_FILE,)
 
 
 def test_one_sticker_is_used_and_the_other_bone_still_asked_for() -> None:

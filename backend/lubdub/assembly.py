@@ -34,7 +34,6 @@ from lubdub.methods import Chest
 from lubdub.results import (
     Area,
     AreaName,
-    CleanScan,
     Examination,
     Landmark,
     Library,
@@ -111,9 +110,10 @@ def outcome(
     )
 
 
-def refused(reason: Reason, scan: CleanScan | None, provenance: Mapping[str, str], clock: Clock) -> Outcome:
-    """A run that stopped before there was anything to judge."""
-    return Outcome("refuse", (reason,), {}, {}, scan, None, (), None, None, clock.seconds(), provenance)
+def refused(reason: Reason, ready: Prepared | None, provenance: Mapping[str, str], clock: Clock) -> Outcome:
+    """A run that stopped before there was anything to judge; ready: None when it stopped before it was prepared."""
+    scan, proof = (ready.scan, ready.proof) if ready else (None, None)
+    return Outcome("refuse", (reason,), {}, {}, scan, None, (), None, None, clock.seconds(), provenance, stickers=proof)
 
 
 def constants() -> str:

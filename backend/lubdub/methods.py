@@ -55,6 +55,14 @@ class Chest:
         """The landmarks that a person or a sticker gave."""
         return {name: landmark for name, landmark in self.landmarks.items() if landmark.is_marked}
 
+    def notch(self, fit: Fit | None) -> np.ndarray:
+        """(3,) marked or suggested; else as a method's own fit has it. Raises ValueError when nothing says it."""
+        if "suprasternal_notch" in self.landmarks:
+            return self.landmarks["suprasternal_notch"].position
+        if fit is None:
+            raise ValueError("nothing says where the notch is")
+        return fit.landmarks["suprasternal_notch"]
+
     def breastbone(self) -> Breastbone:
         """As clicks and fitted body say together; they are two witnesses. Raises ValueError without a fitted body."""
         if self.fit is None:
@@ -74,7 +82,7 @@ def by_rule(chest: Chest, library: Library, progress: Progress) -> Located:
 def by_paper(chest: Chest, library: Library, progress: Progress) -> Located:
     """FPFH, RANSAC and ICP to every reference, the least Chamfer distance, then landmark-guided N-ICP."""
     choice = choose(chest.scan, chest.landmarks, library.references)
-    progress("fit", 0.5)
+    progress("choose", 0.75)
     fit = fit_paper(chest.scan, chest.landmarks, choice.selected, choice.start)
     length = float(fit.landmarks["suprasternal_notch"][1] - fit.landmarks["xiphisternum"][1])
     areas = {name: Estimate(place, _carried_sigma(choice.selected, name, length)) for name, place in fit.areas.items()}

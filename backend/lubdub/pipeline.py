@@ -11,7 +11,6 @@ from lubdub import assembly, stages
 from lubdub.judging.verdict import judge
 from lubdub.methods import METHODS
 from lubdub.results import (
-    CleanScan,
     Examination,
     LandmarkName,
     Library,
@@ -66,13 +65,13 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
     """The four areas on this body, judged. A refusal is an Outcome too; only ScanUnreadable is raised."""
     clock = assembly.Clock(progress)
     provenance = assembly.provenance(request.method, library)
-    scan: CleanScan | None = None
+    ready: Prepared | None = None
     try:
         with clock("read"):
             raw = read_scan(data)
         with clock("clean"):
-            ready = check_order(prepare(raw, request.unit, request.landmarks), library.basis)
-            scan = ready.scan
+            ready = prepare(raw, request.unit, request.landmarks)
+            ready = check_order(ready, library.basis)
             laid = _laid(ready, request, library)
             warnings = (*ready.warnings, *check_scan(laid.scan), *stages.check(laid, request.patient))
         with clock("fit"):
@@ -86,7 +85,7 @@ def locate(data: bytes, request: Request, library: Library, progress: Progress =
             evidence = stages.evidence(chest, located, gaps, areas, request.method)
             judged = judge(evidence, warnings)
     except ScanRefused as refusal:
-        return assembly.refused(refusal.reason, scan, provenance, clock)
+        return assembly.refused(refusal.reason, ready, provenance, clock)
     outcome = assembly.outcome(chest, located, areas, evidence, judged, provenance, clock)
     return replace(outcome, stickers=ready.proof)
 

@@ -27,10 +27,11 @@ AREA_NAMES: tuple[AreaName, ...] = get_args(AreaName)  # in listening order
 LANDMARK_NAMES: tuple[LandmarkName, ...] = get_args(LandmarkName)
 PUBERTY_YEARS = 12.0  # from here on, a girl's or woman's breasts may move the skin of the chest against the ribs
 BONE_LANDMARKS: tuple[LandmarkName, ...] = ("suprasternal_notch", "xiphisternum")
+NIPPLES: frozenset[LandmarkName] = frozenset(("nipple_left", "nipple_right"))
 UNREADABLE_FILE = "unreadable_file"
 
 Progress = Callable[[str, float], None]
-"""Called with the stage's name (`read`, `clean`, `choose`, `fit`, `judge`) and the fraction done, 0 to 1."""
+"""Called with the stage's name (`read`, `clean`, `fit`, `choose`, `project`, `judge`) and the fraction done, 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -88,12 +89,12 @@ class Unit:
 @dataclass(frozen=True)
 class RawScan:
     """What stands in the file, in the file's own coordinates and unit. unit_by_format: what the format itself
-    prescribes (glTF: "m"), if anything; notes: what was odd about it, in words."""
+    prescribes (glTF: "m"), if anything; warnings: what the file itself says that nobody can see in its points."""
 
     surface: Surface
     file_format: str
     unit_by_format: str | None = None
-    notes: tuple[str, ...] = ()
+    warnings: tuple[Reason, ...] = ()
     colouring: Colouring | None = None
 
 

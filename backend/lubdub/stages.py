@@ -275,7 +275,7 @@ def project(chest: Chest, located: Located, raw: RawScan) -> tuple[dict[AreaName
     """The areas on the file's own surface, and how far each place was from scanned skin."""
     skin = Skin(chest.scan)
     caster = SkinCaster(chest.scan.display)
-    notch = chest.landmarks["suprasternal_notch"].position if "suprasternal_notch" in chest.landmarks else np.zeros(3)
+    notch = chest.notch(located.fit)
     finder = SurfaceFinder(raw.surface)
     areas, gaps = {}, {}
     for name, estimate in located.areas.items():

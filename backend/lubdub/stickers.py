@@ -17,12 +17,14 @@ from lubdub.geometry.frames import MM_PER_UNIT
 from lubdub.geometry.stickers import BONES, SeenSticker, StickerProof
 from lubdub.geometry.surface import Surface
 from lubdub.landmarks import sticker_reasons
+from lubdub.landmarks.frame import can_frame, long_axis
 from lubdub.landmarks.reasons import UPSIDE_DOWN
 from lubdub.landmarks.stickers import find_stickers
 from lubdub.landmarks.tint import tint_of
 from lubdub.results import (
     BONE_LANDMARKS,
     LANDMARK_NAMES,
+    NIPPLES,
     CleanScan,
     LandmarkName,
     RawScan,
@@ -32,6 +34,7 @@ from lubdub.results import (
     Unit,
 )
 from lubdub.scans.clean import clean
+from lubdub.scans.reasons import MIRRORED_FILE
 from lubdub.scans.units import find_unit
 
 
@@ -101,15 +104,16 @@ def _with_stickers(
 
 
 def check_order(ready: Prepared, basis: ShapeBasis) -> Prepared:
-    """Whether the body lies as its two bone points say, when nothing else is marked that would show them swapped.
+    """Whether the body lies as its points say, when they fix its long axis and nothing else would show them reversed.
 
-    Raises ScanRefused when the scan's shape clearly has its head at the other end, warns when it seems so.
+    Both nipples would: with head and feet exchanged, left and right no longer fit the front. Raises ScanRefused when
+    the scan's shape clearly has its head at the other end, warns when it seems so.
     """
-    if set(ready.marked) != set(BONES):
+    marked = {name: ready.scan.body_from_file.apply(place) for name, place in ready.marked.items()}
+    if not can_frame(marked) or marked.keys() >= NIPPLES:
         return ready
-    notch, end = (ready.scan.body_from_file.apply(ready.marked[bone]) for bone in BONES)
     found = find_pose(ready.scan, basis)
-    if found.pose.body_from_basis.rotation[:, 1] @ (notch - end) > 0:
+    if found.pose.body_from_basis.rotation[:, 1] @ long_axis(marked) > 0:
         return ready
     reason = sticker_reasons.SWAPPED if ready.by_sticker == set(BONES) else UPSIDE_DOWN
     if found.margin > GATES.order_margin:
@@ -170,4 +174,5 @@ def _marked(
             warnings.append(sticker_reasons.AWAY_FROM_STICKER[bone])
     found = tuple(bone for bone in BONES if any(one.sticker.bone == bone for one in seen))
     proof = StickerProof(found, round(scale, 4))
-    return Prepared(scan, marked, frozenset(by_sticker), proof, tuple(warnings))
+    proved = replace(scan, warnings=tuple(reason for reason in scan.warnings if reason != MIRRORED_FILE))
+    return Prepared(proved, marked, frozenset(by_sticker), proof, tuple(warnings))

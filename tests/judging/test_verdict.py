@@ -38,6 +38,7 @@ def test_a_good_scan_with_all_points_is_shown() -> None:
         (measured(surface_residual_mm=14.0), reasons.FIT_FAILED),
         (measured(rule_disagreement_mm=95.0), reasons.STRONG_DISAGREEMENT),
         (replace(FINE, patient=Patient(30, "female", "sitting")), reasons.SITTING_WOMAN),
+        (replace(FINE, patient=Patient(30, None, "sitting")), reasons.SITTING_WOMAN),
     ],
     ids=lambda value: getattr(value, "code", "evidence"),
 )

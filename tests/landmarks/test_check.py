@@ -57,6 +57,23 @@ def test_a_navel_on_the_chest_is_refused_even_when_the_age_is_unknown() -> None:
     assert refusal_code({**FIVE, "navel": high}, expected=None) == "landmarks_implausible"
 
 
+def test_a_single_nipple_beyond_the_midline_is_refused() -> None:
+    crossed = {"suprasternal_notch": FIVE["suprasternal_notch"], "nipple_left": FIVE["nipple_right"]}
+    assert refusal_code(crossed) == "sides_swapped"
+
+
+def test_a_single_nipple_without_a_midline_contradicts_nothing() -> None:
+    assert check_landmarks(SCAN, {"nipple_left": FIVE["nipple_right"]}, 150.0) == ()
+
+
+@pytest.mark.parametrize(
+    ("expected", "codes"), [(150.0, []), (75.0, ["landmarks_unusual"])], ids=["right age", "wrong age"]
+)
+def test_without_the_notch_nipples_and_navel_tell_an_age_that_cannot_be(expected: float, codes: list[str]) -> None:
+    three = {name: FIVE[name] for name in ("navel", "nipple_left", "nipple_right")}
+    assert [reason.code for reason in check_landmarks(SCAN, three, expected)] == codes
+
+
 def test_a_bigger_body_with_a_bigger_breastbone_is_as_plausible() -> None:
     scale = 0.5
     small = {name: place * scale for name, place in FIVE.items()}

@@ -14,6 +14,7 @@ from lubdub.geometry.surface import Surface
 from lubdub.results import ScanUnreadable
 from lubdub.scans.read import read_scan
 from lubdub.scans.read_stl import join_equal
+from lubdub.scans.reasons import MIRRORED_FILE
 from tests.bodies import (
     pack_glb,
     rescale,
@@ -121,13 +122,13 @@ def test_a_glb_is_carried_to_where_its_node_puts_it() -> None:
     read = read_scan(write_glb(BODY, matrix))
     expected = BODY.vertices @ matrix[:3, :3].T + matrix[:3, 3]
     assert np.abs(read.surface.vertices - expected).max() < 1e-5
-    assert read.notes == ()
+    assert read.warnings == ()
 
 
-def test_a_mirroring_glb_node_is_kept_and_noted() -> None:
+def test_a_mirroring_glb_node_is_kept_and_warned_of() -> None:
     read = read_scan(write_glb(BODY, np.diag([-1.0, 1, 1, 1])))
     assert np.abs(read.surface.vertices - BODY.vertices * [-1, 1, 1]).max() < 1e-5
-    assert len(read.notes) == 1
+    assert read.warnings == (MIRRORED_FILE,)
 
 
 def test_glb_strips_become_triangles_with_one_winding() -> None:

@@ -2,7 +2,7 @@
 
 Each carries a mark of the AprilTag family 25h9 (Olson 2011; 7 by 7 squares, the outer ones black). The four used are
 those whose mirror images differ in 7 squares or more from every mark of the family, turned in any way; two marks of the
-family differ in 9 or more. So one wrongly seen square can neither turn a mirrored mark into a valid one nor one
+family differ in 9 or more. So two wrongly seen squares can neither turn a mirrored mark into a valid one nor one
 sticker into another.
 """
 
@@ -70,7 +70,7 @@ def white_between(sticker: Sticker) -> float:
 
 @dataclass(frozen=True)
 class SeenSticker:
-    """A sticker on a scan. position, normal: (3,), mm; scale: measured over printed size; squares_off: 0 or 1."""
+    """A sticker on a scan. position, normal: (3,), mm; scale: measured over printed size; squares_off: 0 to 2."""
 
     sticker: Sticker
     position: np.ndarray

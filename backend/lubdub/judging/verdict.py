@@ -33,7 +33,8 @@ class Gates:
     residual_trusted_mm: float = 2.5
     coverage_refuse: float = 0.45
     coverage_care: float = 0.7
-    """Share of the fitted trunk's front that found skin; whole one-sided scans reach 0.8-1."""
+    """Share of the chest around the areas and the notch that has skin, see `measures.chest_coverage`; whole one-sided
+    scans reach 0.8-1."""
     residual_care_mm: float = 5.0
     residual_refuse_mm: float = 12.0
     """Skin residual: 1.0-1.5 mm on real anatomies, 3 mm with a coarse phone mesh."""
@@ -91,7 +92,7 @@ def _refusals(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
             measures.get("rule_disagreement_mm", 0.0) > gates.disagreement_refuse_mm * size,
             reasons.STRONG_DISAGREEMENT,
         ),
-        (_is_sitting_woman(patient), reasons.SITTING_WOMAN),
+        (_sits_with_breasts(patient), reasons.SITTING_WOMAN),
     )
     return tuple(reason for holds, reason in checks if holds)
 
@@ -108,7 +109,7 @@ def _cares(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
         (_disagree(measures, gates, size), reasons.DISAGREEMENT),
         (patient.age_years is None, reasons.AGE_MISSING),
         (_odd_for_age(measures, gates), reasons.AGE_AND_SIZE),
-        (patient.posture == "sitting" and not _is_sitting_woman(patient), reasons.SITTING),
+        (patient.posture == "sitting" and not _sits_with_breasts(patient), reasons.SITTING),
         (evidence.coverage < gates.coverage_care, reasons.THIN_COVERAGE),
         (measures.get("surface_residual_mm", 0.0) > gates.residual_care_mm * size, reasons.ROUGH_SURFACE),
         (_is_odd(measures, gates), reasons.ODD_SHAPE),
@@ -141,5 +142,5 @@ def _disagree(measures: Mapping[str, float], gates: Gates, size: float) -> bool:
     return by_rule or measures.get("landmark_strain", 0.0) > gates.landmark_strain_care
 
 
-def _is_sitting_woman(patient: Patient) -> bool:
-    return patient.posture == "sitting" and patient.sex == "female" and patient.may_have_breasts
+def _sits_with_breasts(patient: Patient) -> bool:
+    return patient.posture == "sitting" and patient.may_have_breasts

@@ -65,7 +65,9 @@ def clean(raw: RawScan, unit: Unit, landmarks_in_file: Mapping[LandmarkName, np.
             break
     if not is_body_like(surface.vertices):
         raise ScanRefused(NO_BODY_FOUND)
-    return _finished(surface, to_mm, unit, (*raw.notes, *dict.fromkeys(notes)), tuple(dict.fromkeys(warnings)))
+    return _finished(
+        surface, to_mm, unit, tuple(dict.fromkeys(notes)), tuple(dict.fromkeys((*raw.warnings, *warnings)))
+    )
 
 
 def _without_loose_vertices(surface: Surface) -> Surface:

@@ -18,11 +18,10 @@ from lubdub.scans.glb_accessors import Accessors
 from lubdub.scans.glb_nodes import placed_meshes
 from lubdub.scans.glb_paint import Paint
 from lubdub.scans.limits import LIMITS, check_counts, check_rest, checked_surface
-from lubdub.scans.reasons import unreadable
+from lubdub.scans.reasons import MIRRORED_FILE, unreadable
 
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
-MIRRORED_NODE = "this file turns part of the body inside out, as a mirror does"
 
 
 def read_glb(data: bytes) -> RawScan:
@@ -34,8 +33,8 @@ def read_glb(data: bytes) -> RawScan:
         vertices, triangles, mirrored, colouring = _geometry(document, body)
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, ValueError) as error:
         raise unreadable("bad_header") from error
-    notes = (MIRRORED_NODE,) if mirrored else ()
-    return RawScan(checked_surface(vertices, triangles), "glb", "m", notes, colouring)
+    warnings = (MIRRORED_FILE,) if mirrored else ()
+    return RawScan(checked_surface(vertices, triangles), "glb", "m", warnings, colouring)
 
 
 def _strings(value: object) -> list[str]:

@@ -116,6 +116,13 @@ NOISY_SCAN = Reason(
     "If you can, scan again in even light while the person lies still and breathes calmly.",
 )
 
+MIRRORED_FILE = Reason(
+    "mirrored_file",
+    "This file says that the body in it is mirrored, so left and right may be exchanged.",
+    "Check on the person that place 4 lies on the side of their own left hand. If not, scan again without any mirror "
+    "setting.",
+)
+
 TWO_BODIES = Reason(
     "two_bodies",
     "There are two large shapes in this scan and we kept only one of them.",
