@@ -117,7 +117,7 @@ def refused(reason: Reason, ready: Prepared | None, provenance: Mapping[str, str
 
 
 def constants() -> str:
-    """Every constant that decides a result, written out."""
+    """The settings of every room, written out. Numbers inside a formula stand in the code, which the version names."""
     return repr(
         (
             (
@@ -155,7 +155,7 @@ def constants() -> str:
 
 
 def provenance(method: MethodName, library: Library) -> dict[str, str]:
-    """Everything that decides the numbers: version, method, solver, constants and references."""
+    """What decides the numbers: the code by its version, method, solver, settings and references."""
     return {
         "name": method,
         "version": __version__,
