@@ -63,7 +63,9 @@ def test_what_skipping_costs_is_said_before_and_at_the_end(family: Family) -> No
 def test_swapped_sides_are_said_on_the_page_and_stop_the_run_until_they_are_mended(family: Family) -> None:
     case = family.confirmed()
     mark(family, case, nipple_left="nipple_right", nipple_right="nipple_left")
-    assert "Left and right seem swapped" in family.get(f"/cases/{case}/points")
+    page = family.get(f"/cases/{case}/points")
+    assert "Left and right seem swapped" in page
+    assert "makes the places trustworthy" not in page
     stopped = family.post(f"/cases/{case}/points", 409, action="done").text
     assert "Left and right seem swapped" in stopped
     assert family.where(case) == "points"
@@ -90,6 +92,7 @@ def test_points_that_fit_together_are_not_questioned(family: Family) -> None:
     page = family.get(f"/cases/{case}/points")
     assert "ask__odd" not in page
     assert "look again" not in page
+    assert "makes the places trustworthy" in page
 
 
 def test_an_unclear_lie_is_said_and_the_sides_are_asked_without_a_picture_of_them(family: Family) -> None:

@@ -7,18 +7,23 @@ from collections.abc import Iterator
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pypdfium2
 import pytest
+from starlette.requests import Request
 
 from lubdub.areas.words import ENGLISH, instruction
 from lubdub.cases.states import Status
 from lubdub.geometry.raycast import SkinCaster
 from lubdub.geometry.whereabouts import whereabouts
+from lubdub.judging import reasons
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.results import AREA_NAMES, Reason
 from lubdub.settings import Settings
 from lubdub.web.pages.marks import Marks
+from lubdub.web.pages.result import NEEDS_A_SCAN, _ways_on
 from lubdub.web.pages.result_words import age_words
 from lubdub.web.schemas import CaseOut
 from tests.views import sample
@@ -147,6 +152,29 @@ def test_before_the_end_there_is_neither_sheet_nor_picture(family: Family) -> No
     case = family.confirmed()
     for path in (f"/api/v1/cases/{case}/sheet.pdf", f"/api/v1/cases/{case}/view.html", f"/cases/{case}/picture"):
         assert family.http.get(path).status_code in (404, 409), path
+
+
+@pytest.mark.parametrize(
+    ("code", "first"),
+    [
+        ("looks_like_a_back", "Send another scan"),
+        ("chest_not_in_scan", "Send another scan"),
+        ("sides_swapped", "Look at the points again"),
+        ("methods_disagree_strongly", "Look at the points again"),
+        (None, "Look at the points again"),
+    ],
+)
+def test_the_first_button_of_a_refusal_does_what_its_reason_asks_for(code: str | None, first: str) -> None:
+    case: Any = SimpleNamespace(id="c", status="refused", has_scan=True, is_checked=True)
+    ways = [way["words"] for way in _ways_on(Request({"type": "http", "headers": []}), case, code)]
+    assert ways[0] == first
+    assert sorted(ways) == ["Look at the points again", "Send another scan"]
+
+
+def test_the_refusals_that_need_another_scan_are_those_the_judge_gives() -> None:
+    given = {value.code: value for value in vars(reasons).values() if isinstance(value, Reason)}
+    assert given.keys() >= NEEDS_A_SCAN
+    assert all(given[code].advice.startswith("Scan ") for code in NEEDS_A_SCAN)
 
 
 def test_a_refused_case_has_no_sheet(family: Family) -> None:

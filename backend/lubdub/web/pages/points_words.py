@@ -112,6 +112,8 @@ class PointsWords:
     def summary(self) -> str:
         """What the answer will rest on."""
         _ = self._
+        if self._oddities:
+            return _("Look at each point again before you trust the places.")
         if all(name in self._marks.placed for name in BONE_LANDMARKS):
             return _("Both ends of the breastbone are marked. That makes the places trustworthy.")
         if "suprasternal_notch" in self._marks.placed:

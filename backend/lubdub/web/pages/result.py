@@ -35,6 +35,11 @@ from lubdub.web.problems import Problem
 from lubdub.web.reviewed import shown_outcome
 from lubdub.web.reviewers import reviewer_name
 
+NEEDS_A_SCAN = frozenset(
+    ("area_not_scanned", "chest_not_in_scan", "fit_failed", "looks_like_a_back", "posture_sitting_breasts")
+)
+"""Codes of the refusals that no other marks can mend."""
+
 router = APIRouter(include_in_schema=False)
 
 
@@ -145,7 +150,7 @@ def refused(
         others=said[1:],
         review=document.get("review"),
         closing=_("A wrong place that looks right would help nobody, so we show none. Nothing you gave us is lost."),
-        actions=_ways_on(request, case),
+        actions=_ways_on(request, case, said[0].get("code")),
         step=STEP_OF["result"] if case.is_checked else STEP_OF["scan"],
     )
 
@@ -188,11 +193,13 @@ def _document(case: Case, actor: Actor, files: FileVault, reviews: Reviews) -> d
     return result_of(case, actor, files, reviews)
 
 
-def _ways_on(request: Request, case: Case) -> list[dict[str, str]]:
+def _ways_on(request: Request, case: Case, code: str | None) -> list[dict[str, str]]:
+    """What can be done next, first what the reason of this code asks for."""
     _ = gettext_of(request)
     if not case.has_scan or case.status == "unusable":
         return [{"href": "/", "words": _("To the start page")}]
     ways = [{"href": f"/cases/{case.id}/scan", "words": _("Send another scan")}]
     if case.is_checked:
-        ways.insert(0, {"href": f"/cases/{case.id}/points", "words": _("Look at the points again")})
+        points = {"href": f"/cases/{case.id}/points", "words": _("Look at the points again")}
+        ways.insert(1 if code in NEEDS_A_SCAN else 0, points)
     return ways
