@@ -31,6 +31,7 @@ from lubdub.methods import NEEDED, Chest
 from lubdub.results import (
     BONE_LANDMARKS,
     LANDMARK_NAMES,
+    NIPPLES,
     Area,
     AreaName,
     CleanScan,
@@ -220,8 +221,7 @@ def _overlay_pulls(chest: Chest) -> dict[LandmarkName, Pull]:
     """To the believed breastbone, and to navel and nipples where they were marked."""
     pulls = {name: Pull(mark.position, mark.uncertainty_mm) for name, mark in chest.marked.items()}
     if chest.patient.may_have_breasts:
-        nipples = pulls.keys() & {"nipple_left", "nipple_right"}
-        pulls |= {name: replace(pulls[name], sigma_mm=SETTINGS.overlay_breast_nipple_mm) for name in nipples}
+        pulls |= {n: replace(pulls[n], sigma_mm=SETTINGS.overlay_breast_nipple_mm) for n in pulls.keys() & NIPPLES}
     bone = chest.breastbone()
     ends = zip(BONE_LANDMARKS, (bone.notch, bone.joint), strict=True)
     return pulls | {name: Pull(end, SETTINGS.overlay_bone_mm) for name, end in ends}

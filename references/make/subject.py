@@ -45,7 +45,7 @@ class Subject:
     mesh_bones: (2, 3) and mesh_areas: (4, 3) are where the mesh would carry bones and areas if nothing under the skin
     differed between people: the truth for a registration alone, which can know no more than the skin.
     usual_areas: (2, 4, 3) where the anatomy table puts the areas on the true bones and on mesh_bones: the best guesses
-    of somebody who knows the one or the other, and whose errors nobody can undercut.
+    of somebody who knows the one or the other, whose errors nobody can undercut in the mean.
     """
 
     phenotype: Phenotype

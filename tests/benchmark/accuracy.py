@@ -39,7 +39,7 @@ WITH_CLICKS = (
 )
 NO_CLICKS = (Run("lubdub", "none"),)
 FLOOR = (Run("rule", "true bones"),)
-"""What even the true bones leave: how much people differ from the anatomy table."""
+"""The ruler on the true bones. What is left of it without a scan, and so without its own frame, is in `floors`."""
 MESH_ALONE = (Run("lubdub", "five", carried=True),)
 """The registration by itself: the areas its mesh carries, on people whose marks are fixed to the mesh."""
 

@@ -166,11 +166,11 @@ def _shares(
     if all(name in given for name in nipples):
         middle = (given["nipple_left"][0] + given["nipple_right"][0]) / 2 if notch is None else notch[0]
         shares += [("nipple_aside", (name,), abs(float(given[name][0] - middle)) / length) for name in nipples]
-        if notch is None and "navel" in given:
-            height = float((given["nipple_left"][1] + given["nipple_right"][1]) / 2 - given["navel"][1])
-            shares.append(("nipples_to_navel", (*nipples, "navel"), height / length))
         if notch is not None:
             shares += [("nipple_below", (name,), float(notch[1] - given[name][1]) / length) for name in nipples]
+        elif "navel" in given:
+            height = float((given["nipple_left"][1] + given["nipple_right"][1]) / 2 - given["navel"][1])
+            shares.append(("nipples_to_navel", (*nipples, "navel"), height / length))
     return shares
 
 
