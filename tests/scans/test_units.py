@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lubdub.results import RawScan, ScanRefused, ScanUnreadable
-from lubdub.scans.reasons import UNIT_WRONG
+from lubdub.scans.reasons import MARKS_IMPLAUSIBLE, UNIT_WRONG
 from lubdub.scans.units import find_unit
 from tests.bodies import BodyScan, add_bed, hide_side, rescale, torso_scan, turn
 
@@ -67,6 +67,25 @@ def test_a_doll_and_a_statue_are_refused(size: float) -> None:
     with pytest.raises(ScanRefused) as caught:
         find_unit(raw(scan, unit_by_format="m"), None, scan.landmarks)
     assert caught.value.reason.code == "unit_implausible"
+
+
+@pytest.mark.parametrize("unit", [None, "m", "cm", "mm"])
+@pytest.mark.parametrize("name", ["navel", "xiphisternum"])
+def test_a_point_where_no_person_has_one_is_blamed_on_the_points_and_not_on_the_unit(unit, name) -> None:
+    scan = rescale(small(1.0), unit or "mm")
+    notch = scan.landmarks["suprasternal_notch"]
+    in_the_air = notch + 9 * (scan.landmarks["navel"] - notch)
+    with pytest.raises(ScanRefused) as caught:
+        find_unit(raw(scan), unit, {**scan.landmarks, name: in_the_air})
+    assert caught.value.reason == MARKS_IMPLAUSIBLE
+
+
+@pytest.mark.parametrize("said", ["m", "cm"])
+def test_points_that_fit_another_unit_are_no_reason_to_doubt_them(said: str) -> None:
+    scan = rescale(small(0.5), "mm")
+    with pytest.raises(ScanRefused) as caught:
+        find_unit(raw(scan), said, scan.landmarks)
+    assert caught.value.reason == UNIT_WRONG
 
 
 def test_a_size_that_two_units_would_explain_is_refused() -> None:

@@ -86,6 +86,13 @@ UNIT_WRONG = Reason(
     "Please check if the file is in m, cm or mm. Or scan again with an app that measures.",
 )
 
+MARKS_IMPLAUSIBLE = Reason(
+    "landmarks_implausible",
+    "The marked points lie much too far apart, or much too close together, for a person.",
+    "Please check that each point is on the right place of this very scan. If they are, check if the file is in m, "
+    "cm or mm.",
+)
+
 TOO_FEW_POINTS = Reason(
     "too_few_points",
     "There is too little of a body in this scan to see its shape.",

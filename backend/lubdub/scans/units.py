@@ -10,7 +10,7 @@ import numpy as np
 
 from lubdub.geometry.frames import MM_PER_UNIT
 from lubdub.results import LandmarkName, RawScan, ScanRefused, Unit
-from lubdub.scans.reasons import UNIT_IMPLAUSIBLE, UNIT_WRONG, unreadable
+from lubdub.scans.reasons import MARKS_IMPLAUSIBLE, UNIT_IMPLAUSIBLE, UNIT_WRONG, unreadable
 
 Source = Literal["given", "found"]
 
@@ -49,19 +49,23 @@ def find_unit(raw: RawScan, given: str | None, landmarks: Mapping[LandmarkName, 
 
     given: m, cm, mm, or None when nobody said; landmarks: name -> (3,) in the file's coordinates, may be
     empty. Order of trust: what was said, distances between landmarks, the format's own unit, the scan's size.
-    Raises ScanUnreadable for a unit that we do not know, and ScanRefused when the body would be impossible
-    or more than one unit would do.
+    Raises ScanUnreadable for a unit that we do not know, and ScanRefused when the body would be impossible, when
+    more than one unit would do, or when the landmarks fit no person though the scan does.
     """
     if given is not None and given not in MM_PER_UNIT:
         raise unreadable("bad_unit")
     distances = _landmark_distances(landmarks)
     sides = _robust_sides(raw.surface.vertices)
+    by_marks = _fitting_landmarks(distances)
     if given is not None:
         if not _is_possible(given, distances, sides):
-            raise ScanRefused(UNIT_WRONG)
+            is_a_body = not by_marks and _is_possible(given, {}, sides)
+            raise ScanRefused(MARKS_IMPLAUSIBLE if is_a_body else UNIT_WRONG)
         return _unit(given, "given")
     if distances:
-        return _only(_fitting_landmarks(distances))
+        if not by_marks and _fitting_size(sides):
+            raise ScanRefused(MARKS_IMPLAUSIBLE)
+        return _only(by_marks)
     if raw.unit_by_format and _is_possible(raw.unit_by_format, distances, sides):
         return _unit(raw.unit_by_format, "found")
     return _only(_fitting_size(sides))
