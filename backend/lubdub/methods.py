@@ -12,7 +12,7 @@ from lubdub.areas.bones import believe
 from lubdub.areas.rule import Breastbone, distance_mm, place_areas
 from lubdub.fitting.paper import fit_paper
 from lubdub.fitting.shape import Pose
-from lubdub.judging.measures import folded_share, landmark_residual, landmark_strain
+from lubdub.judging.measures import fitted_skin_share, folded_share, landmark_residual, landmark_strain
 from lubdub.library.choose import choose
 from lubdub.library.nearest import rank_by_shape
 from lubdub.results import (
@@ -101,6 +101,7 @@ def by_lubdub(chest: Chest, library: Library, progress: Progress) -> Located:
     measures = {
         "surface_residual_mm": chest.fit.surface_residual_mm,
         "strangeness": chest.fit.strangeness,
+        "fitted_skin_share": fitted_skin_share(chest.scan, chest.fit, bone.length_mm),
         "folded_share": folded_share(chest.fit.surface, chest.overlay.surface),
         "sternum_mm": bone.length_mm,
         **_against_age(bone, chest.patient),

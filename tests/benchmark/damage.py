@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lubdub.geometry.surface import Surface
-from lubdub.results import AREA_NAMES, LANDMARK_NAMES, LandmarkName, Patient
+from lubdub.results import AREA_NAMES, BONE_LANDMARKS, LANDMARK_NAMES, LandmarkName, Patient
 from lubdub.stages import ADULT_STERNUM_MM
 from references.make.cameras import SCANNERS, Scene, Shot
 from references.make.moment import Moment, draw_moment
@@ -201,6 +201,17 @@ def half_missing(axis: int, side: float) -> Callable[[Staging], Draft]:
         return draft.kept(side * (draft.surface.vertices[:, axis] - middle) > 0)
 
     return make
+
+
+def boneless(make: Callable[[Staging], Draft]) -> Callable[[Staging], Draft]:
+    """Another damage, and nobody felt for the breastbone."""
+
+    def work(staging: Staging) -> Draft:
+        draft = make(staging)
+        seen = {name: place for name, place in draft.clicks.items() if name not in BONE_LANDMARKS}
+        return replace(draft, clicks=seen)
+
+    return work
 
 
 def centimetres_called_metres(staging: Staging) -> Draft:

@@ -67,6 +67,8 @@ DAMAGES: tuple[Damage, ...] = (
     Damage("clicks on two people", damage.clicks_on_two_people),
     Damage("motion blur", damage.motion_blur),
     Damage("breastbone sunk in by 25 mm", damage.sunken(25.0)),
+    Damage("right half missing, no bone marked", damage.boneless(damage.half_missing(0, 1.0))),
+    Damage("left half missing, no bone marked", damage.boneless(damage.half_missing(0, -1.0))),
 )
 
 

@@ -52,6 +52,13 @@ def test_clicks_by_the_body_follow_the_mirror_and_clicks_by_the_picture_exchange
     np.testing.assert_array_equal(by_picture.clicks["navel"], by_body.clicks["navel"])
 
 
+def test_without_a_bone_marked_only_what_the_eye_sees_is_clicked() -> None:
+    marked = damage.half_missing(0, 1.0)(staging()).clicks
+    unfelt = damage.boneless(damage.half_missing(0, 1.0))(staging()).clicks
+    assert unfelt
+    assert set(unfelt) == set(marked) - {"suprasternal_notch", "xiphisternum"}
+
+
 @pytest.mark.parametrize(("axis", "side"), [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)])
 def test_half_a_scan_keeps_one_side_and_only_the_clicks_on_it(axis: int, side: float, ordinary: Draft) -> None:
     half = damage.half_missing(axis, side)(staging())

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from lubdub.geometry.surface import Surface
-from lubdub.judging.measures import chest_coverage, chest_rise, folded_share, landmark_residual, landmark_strain
+from lubdub.judging.measures import (
+    chest_coverage,
+    chest_rise,
+    fitted_skin_share,
+    folded_share,
+    landmark_residual,
+    landmark_strain,
+)
 from lubdub.results import LANDMARK_NAMES, Fit, Landmark, LandmarkName, Patient
 from tests.bodies import hide_side, torso_scan
 from tests.scanned import clean_scan
@@ -22,6 +29,20 @@ def test_half_a_chest_is_half_a_coverage() -> None:
     right = BODY.surface.kept(BODY.surface.vertices[:, 0] < np.median(PLACES[:, 0]))
     half = chest_coverage(clean_scan(right, FRONT, count=4000), PLACES, 1.0)
     assert 0.2 < half < 0.8
+
+
+def fitted(surface: Surface) -> Fit:
+    return Fit(surface, BODY.landmarks, {}, 1.0, 1.0, 0.2)
+
+
+def test_a_body_fitted_to_a_whole_chest_lies_on_its_skin() -> None:
+    assert fitted_skin_share(clean_scan(BODY.surface, FRONT, count=20_000), fitted(BODY.surface), 150.0) == 1.0
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_half_a_chest_leaves_the_other_half_of_the_fitted_body_in_the_air(side: int) -> None:
+    half = BODY.surface.kept(side * BODY.surface.vertices[:, 0] > 0)
+    assert fitted_skin_share(clean_scan(half, FRONT, count=4000), fitted(BODY.surface), 150.0) < 0.2
 
 
 def test_a_back_covers_nothing() -> None:

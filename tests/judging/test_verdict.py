@@ -34,6 +34,9 @@ def test_a_good_scan_with_all_points_is_shown() -> None:
     [
         (replace(FINE, gaps_mm={**FINE.gaps_mm, "mitral": 30.0}), reasons.AREA_NOT_SCANNED),
         (replace(FINE, coverage=0.3), reasons.CHEST_NOT_IN_SCAN),
+        (replace(measured(fitted_skin_share=0.7), landmarks=SUGGESTED), reasons.CHEST_NOT_MATCHED),
+        (replace(measured(sternum_of_expected=0.72), landmarks=SUGGESTED), reasons.AGE_AND_SIZE),
+        (replace(measured(sternum_of_expected=1.4), landmarks=SUGGESTED), reasons.AGE_AND_SIZE),
         (replace(FINE, rise=0.11), reasons.LOOKS_LIKE_A_BACK),
         (measured(surface_residual_mm=14.0), reasons.FIT_FAILED),
         (measured(rule_disagreement_mm=95.0), reasons.STRONG_DISAGREEMENT),
@@ -46,6 +49,11 @@ def test_what_makes_us_refuse(evidence: Evidence, reason: object) -> None:
     verdict, why = judge(evidence, ())
     assert verdict == "refuse"
     assert why[0] == reason
+
+
+@pytest.mark.parametrize("measures", [{"fitted_skin_share": 0.7}, {"sternum_of_expected": 0.72}], ids=str)
+def test_both_bones_marked_outweigh_what_the_skin_alone_would_be_refused_for(measures: dict[str, float]) -> None:
+    assert judge(measured(**measures), ()) == ("show", ())
 
 
 @pytest.mark.parametrize(

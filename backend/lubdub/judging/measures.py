@@ -58,6 +58,21 @@ def chest_coverage(scan: CleanScan, places: np.ndarray, size: float) -> float:
     return float(np.mean(distance < 12.0 * size))
 
 
+def fitted_skin_share(scan: CleanScan, fit: Fit, sternum_mm: float) -> float:
+    """Share of the fitted body's chest that lies on scanned skin, on the side that has less of it.
+
+    scan and fit in the body frame, mm. The chest: what faces the front within one breastbone's length of the midline,
+    from the notch to 1.3 lengths below it; on skin: within 0.03 lengths and 5 mm of a scanned point. A body that is
+    laid into a scan wrongly, or into half a chest, leaves some of its own chest in the air.
+    """
+    vertices, normals = fit.surface.vertices, fit.surface.normals
+    across, along, _ = ((vertices - fit.landmarks["suprasternal_notch"]) / sternum_mm).T
+    is_chest = (along < 0) & (along > -1.3) & (np.abs(across) < 1) & (normals[:, 2] > 0.3)
+    is_on_skin = cKDTree(scan.points).query(vertices)[0] < 0.03 * sternum_mm + 5.0
+    sides = (is_on_skin[is_chest & (across > 0)], is_on_skin[is_chest & (across < 0)])
+    return min(float(side.mean()) if len(side) else 0.0 for side in sides)
+
+
 def chest_rise(scan: CleanScan, landmarks: Landmarks) -> float | None:
     """How much the skin rises to the front from the notch to two thirds down the breastbone, in its lengths.
 

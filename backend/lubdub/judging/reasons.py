@@ -14,6 +14,12 @@ CHEST_NOT_IN_SCAN = Reason(
     "The scan does not show enough of the chest.",
     "Scan again so that everything from the neck to the belly button is in it, with the chest bare.",
 )
+CHEST_NOT_MATCHED = Reason(
+    "chest_not_matched",
+    "Where this body's chest should be, a part of it is not in the scan.",
+    "Scan again so that both sides of the chest are in it, from the neck to the belly button. If they are, feel for "
+    "both ends of the breastbone and mark them.",
+)
 FIT_FAILED = Reason(
     "fit_failed",
     "The scan does not look enough like a chest seen from the front for us to be sure of anything.",

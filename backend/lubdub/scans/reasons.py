@@ -87,7 +87,7 @@ UNIT_WRONG = Reason(
 )
 
 MARKS_IMPLAUSIBLE = Reason(
-    "landmarks_implausible",
+    "landmarks_fit_nobody",
     "The marked points lie much too far apart, or much too close together, for a person.",
     "Please check that each point is on the right place of this very scan. If they are, check if the file is in m, "
     "cm or mm.",
