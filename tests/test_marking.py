@@ -61,6 +61,23 @@ def test_a_belly_button_on_the_chest_is_grave_and_named() -> None:
     assert "navel" in odd["navel"].names
 
 
+@pytest.mark.parametrize(
+    ("name", "moved"),
+    [
+        ("suprasternal_notch", [77, -34.8, 36]),
+        ("xiphisternum", [77, -34.8, 36]),
+        ("xiphisternum", [57, -300, 36]),
+        ("navel", [77, -34.8, 36]),
+    ],
+)
+def test_of_points_that_contradict_each_other_the_one_far_from_its_place_is_named_first(
+    name: LandmarkName, moved: list[float]
+) -> None:
+    first = look_over(SEEN, {**IN_FILE, name: np.array(moved) / 1000}, CHILD)[0]
+    assert first.is_grave
+    assert first.names[0] == name
+
+
 def test_swapped_sides_are_said_before_a_point_that_is_merely_far_off() -> None:
     assert list(found({"nipple_left": IN_FILE["nipple_right"]})) == ["sides", "far"]
 

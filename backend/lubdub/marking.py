@@ -32,7 +32,15 @@ def look_over(examination: Examination, in_file: Points, patient: Patient) -> tu
         once.setdefault(oddity.what, oddity)
     if "order" in once:
         once.pop("sides", None)  # with head and belly swapped left and right seem swapped too
-    return tuple(sorted(once.values(), key=lambda oddity: not oddity.is_grave))
+    return _led_by_the_far_one(sorted(once.values(), key=lambda oddity: not oddity.is_grave), found)
+
+
+def _led_by_the_far_one(odd: list[Oddity], found: list[Oddity]) -> tuple[Oddity, ...]:
+    """Where a single point is far from its suggestion, the impossible follows from that point: it is said first."""
+    far = [oddity for oddity in found if oddity.what == "far"]
+    if len(far) != 1 or not odd[0].is_grave or far[0].names[0] == odd[0].names[0]:
+        return tuple(odd)
+    return (replace(far[0], is_grave=True), *(oddity for oddity in odd if oddity.what != "far"))
 
 
 def lies_clear(in_file: Points) -> bool:
@@ -49,8 +57,9 @@ def _among_themselves(examination: Examination, placed: Points, patient: Patient
     try:
         move = frame_from_landmarks(placed, scan.points, scan.normals)
     except ScanRefused as refusal:
-        what = "sides" if refusal.reason == reasons.SIDES_SWAPPED else "apart"
-        return (Oddity(what, refusal.reason, tuple(placed), is_grave=True),)
+        are_swapped = refusal.reason == reasons.SIDES_SWAPPED
+        what, names = ("sides", LANDMARK_NAMES[3:]) if are_swapped else ("apart", tuple(placed))
+        return (Oddity(what, refusal.reason, names, is_grave=True),)
     return oddities(scan.moved(move), {name: move.apply(place) for name, place in placed.items()}, expected)
 
 

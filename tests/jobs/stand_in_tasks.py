@@ -9,14 +9,18 @@ from pathlib import Path
 
 from lubdub.jobs.bundle import Bundle
 from lubdub.results import Progress, Reason, ScanRefused, ScanUnreadable
+from lubdub.scans.reasons import UNIT_IMPLAUSIBLE
 
 MIRRORED = Reason("mirrored_scan", "Left and right are swapped.", "Turn mirroring off.")
 
 
 def examine(payload: bytes, progress: Progress) -> bytes:
     """Obey the scan's first line."""
-    scan = Bundle.from_bytes(payload).parts["scan"]
-    _obey(scan.split(b"\n")[0].decode("ascii", "replace"), progress)
+    bundle = Bundle.from_bytes(payload)
+    order = bundle.parts["scan"].split(b"\n")[0].decode("ascii", "replace")
+    if order == "sizeless" and bundle.facts["unit"] is None:
+        raise ScanRefused(UNIT_IMPLAUSIBLE)
+    _obey(order, progress)
     parts = {"examination.npz": b"npz", "examination.json": json.dumps({"coverage": 1}).encode(), "scan.ply": b"ply"}
     return Bundle({}, parts | {"../evil": b"never stored"}).to_bytes()
 

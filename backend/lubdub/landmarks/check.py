@@ -48,7 +48,7 @@ class LandmarkLimits:
 
 @dataclass(frozen=True)
 class Oddity:
-    """Something odd about points. what: a word for what it is; names: the points to look at again.
+    """Something odd about points. what: a word for what it is; names: the points to look at again, the likeliest first.
 
     is_grave: such a body cannot be; otherwise it is only unusual.
     """
@@ -162,7 +162,7 @@ def _shares(
     notch = given.get("suprasternal_notch")
     nipples: tuple[LandmarkName, ...] = LANDMARK_NAMES[3:]
     if notch is not None and "navel" in given:
-        shares.append(("navel", ("suprasternal_notch", "navel"), float(notch[1] - given["navel"][1]) / length))
+        shares.append(("navel", ("navel", "suprasternal_notch"), float(notch[1] - given["navel"][1]) / length))
     if all(name in given for name in nipples):
         middle = (given["nipple_left"][0] + given["nipple_right"][0]) / 2 if notch is None else notch[0]
         shares += [("nipple_aside", (name,), abs(float(given[name][0] - middle)) / length) for name in nipples]

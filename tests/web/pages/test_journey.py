@@ -255,8 +255,20 @@ def test_an_unreadable_file_ends_on_a_page_with_one_reason_and_one_fix(family: F
     family.send(case, b"junk")
     eventually(lambda: family.where(case) == "refused")
     page = family.get(f"/cases/{case}/refused")
+    assert "We could not read this file" in page
     assert "This file is no body scan." in page
     assert "Send another scan" in page
+    assert 'name="unit"' not in page
+
+
+def test_a_scan_whose_size_says_no_unit_goes_on_when_the_family_says_it(family: Family) -> None:
+    case = family.opened()
+    family.send(case, b"sizeless")
+    eventually(lambda: family.where(case) == "refused")
+    assert "We cannot tell how large this body is." in family.get(f"/cases/{case}/refused")
+    family.post(f"/cases/{case}/unit", 400, unit="inch")
+    family.post(f"/cases/{case}/unit", unit="cm")
+    eventually(lambda: family.where(case) == "size")
 
 
 def test_the_size_is_said_in_words_and_both_questions_must_be_answered(family: Family) -> None:

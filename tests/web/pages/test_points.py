@@ -66,6 +66,8 @@ def test_swapped_sides_are_said_on_the_page_and_stop_the_run_until_they_are_mend
     page = family.get(f"/cases/{case}/points")
     assert "Left and right seem swapped" in page
     assert "makes the places trustworthy" not in page
+    assert 'value="done"' not in page
+    assert "Look at the patient&#39;s left nipple again" in page
     stopped = family.post(f"/cases/{case}/points", 409, action="done").text
     assert "Left and right seem swapped" in stopped
     assert family.where(case) == "points"

@@ -202,6 +202,7 @@ def _facts(request: Request, case: Case, desk: ViewDesk) -> dict[str, Any]:
         "summary": words.summary(),
         "odd": words.odd(),
         "stop": words.stop(),
+        "mend": words.mend(),
         "is_unclear": words.is_unclear,
         "is_ready": all(marks.is_answered(name) for name in asked_of(case)),
         "version": "" if snapshot is None else snapshot.version("marks.json"),

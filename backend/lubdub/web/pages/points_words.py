@@ -99,15 +99,27 @@ class PointsWords:
 
     def stop(self) -> str | None:
         """Why the places cannot be looked for yet, None when they can."""
-        grave = next((n for n, oddity in enumerate(self._oddities) if oddity.is_grave), None)
-        if grave is not None:
-            return self.odd()[grave]
-        if self.is_unclear and not lies_clear({name: np.zeros(3) for name in self._marks.placed}):  # type: ignore[misc]
+        if any(oddity.is_grave for oddity in self._oddities):
+            return self.odd()[0]
+        if self._lies_unclear():
             return self._(
                 "We still cannot tell which way the body lies. "
                 "Please mark the top of the breastbone and the belly button."
             )
         return None
+
+    def mend(self) -> dict[str, Any] | None:
+        """The point to look at first when the places cannot be looked for yet."""
+        if any(oddity.is_grave for oddity in self._oddities):
+            return self._point(self._oddities[0].names[0])
+        if self._lies_unclear():
+            asked: tuple[LandmarkName, ...] = ("suprasternal_notch", "navel")
+            return self._point(next(name for name in asked if name not in self._marks.placed))
+        return None
+
+    def _lies_unclear(self) -> bool:
+        placed = {name: np.zeros(3) for name in LANDMARK_NAMES if name in self._marks.placed}
+        return self.is_unclear and not lies_clear(placed)
 
     def summary(self) -> str:
         """What the answer will rest on."""

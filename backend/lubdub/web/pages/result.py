@@ -14,6 +14,7 @@ from lubdub.cases.files import FileVault
 from lubdub.cases.review import Reviews
 from lubdub.cases.states import HAS_RESULT, TURNED_DOWN
 from lubdub.cases.values import Actor, Case
+from lubdub.results import UNREADABLE_FILE
 from lubdub.web.api.results import VIEW_POLICY, picture_of, result_of
 from lubdub.web.deps import (
     ActionsDep,
@@ -36,9 +37,15 @@ from lubdub.web.reviewed import shown_outcome
 from lubdub.web.reviewers import reviewer_name
 
 NEEDS_A_SCAN = frozenset(
-    ("area_not_scanned", "chest_not_in_scan", "fit_failed", "looks_like_a_back", "posture_sitting_breasts")
+    (
+        *("area_not_scanned", "chest_not_in_scan", "chest_not_matched"),
+        *("fit_failed", "looks_like_a_back", "posture_sitting_breasts"),
+    )
 )
 """Codes of the refusals that no other marks can mend."""
+
+UNIT_ASKED = "unit_implausible"
+"""Code of the refusal that a word about the file's unit may mend."""
 
 router = APIRouter(include_in_schema=False)
 
@@ -139,7 +146,8 @@ def refused(
             "returned": _("Your clinician asks you to do this again"),
             "unusable": _("Your clinician says: do not use these places"),
         }
-        heading = headings.get(case.status, _("We do not show places for this scan"))
+        heading = headings.get(case.status, _refused_heading(request, said[0]["code"]))
+    code = said[0].get("code")
     return render(
         request,
         "family/refused/refused.html",
@@ -150,7 +158,8 @@ def refused(
         others=said[1:],
         review=document.get("review"),
         closing=_("A wrong place that looks right would help nobody, so we show none. Nothing you gave us is lost."),
-        actions=_ways_on(request, case, said[0].get("code")),
+        actions=_ways_on(request, case, code),
+        units=_unit_words(request) if code == UNIT_ASKED and case.has_scan else {},
         step=STEP_OF["result"] if case.is_checked else STEP_OF["scan"],
     )
 
@@ -191,6 +200,17 @@ def _document(case: Case, actor: Actor, files: FileVault, reviews: Reviews) -> d
     if case.status == "failed":
         return {"reasons": [] if case.reason is None else [dict(case.reason)]}
     return result_of(case, actor, files, reviews)
+
+
+def _refused_heading(request: Request, code: str) -> str:
+    _ = gettext_of(request)
+    return _("We could not read this file") if code == UNREADABLE_FILE else _("We do not show places for this scan")
+
+
+def _unit_words(request: Request) -> dict[str, str]:
+    """Unit -> what it is called."""
+    _ = gettext_of(request)
+    return {"m": _("Metres (m)"), "cm": _("Centimetres (cm)"), "mm": _("Millimetres (mm)")}
 
 
 def _ways_on(request: Request, case: Case, code: str | None) -> list[dict[str, str]]:

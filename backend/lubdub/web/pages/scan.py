@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from typing import Any
+from typing import Any, cast, get_args
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
@@ -19,8 +19,10 @@ from lubdub.web.pages.look import gettext_of, person_words, render
 from lubdub.web.pages.samples import samples_to_try
 from lubdub.web.pages.sizes import SizeWords
 from lubdub.web.pages.stickers import marked_by_stickers, sheets_for
+from lubdub.web.problems import Problem
 
 CHUNK = 1 << 20
+UNITS: tuple[str, ...] = get_args(UnitName)
 
 router = APIRouter(include_in_schema=False)
 
@@ -76,15 +78,27 @@ def size_said(
     reason = stop_for(request, given)
     if reason is not None:
         return _stopped(request, case, reason)
-    if given["size"] in ("m", "cm", "mm"):
-        unit: UnitName = given["size"]  # type: ignore[assignment]
-        desk.close(case.id)
-        actions.check_again(family.actor, case.id, unit)
-        return go(f"/cases/{case.id}/checking")
+    if given["size"] in UNITS:
+        return _checked_again(case, family, given["size"], desk, actions)
     asked = asked_of(case)
     stuck = marked_by_stickers(examination)
     desk.change(case.id, lambda marks: marks.confirmed(asked, stuck))
     return go(f"/cases/{case.id}/points")
+
+
+@router.post("/cases/{case_id}/unit", dependencies=[FormGuard])
+def unit_said(case: CaseDep, family: FamilyDep, form: FormDep, desk: DeskDep, actions: ActionsDep) -> Response:
+    """What a scan's file is in, when its size alone did not tell."""
+    unit = said(form, "unit")
+    if unit not in UNITS:
+        raise Problem("bad-request", "The unit must be m, cm or mm.")
+    return _checked_again(case, family, unit, desk, actions)
+
+
+def _checked_again(case: Case, family: FamilyDep, unit: str, desk: DeskDep, actions: ActionsDep) -> Response:
+    desk.close(case.id)
+    actions.check_again(family.actor, case.id, cast(UnitName, unit))
+    return go(f"/cases/{case.id}/checking")
 
 
 def stop_for(request: Request, given: dict[str, str]) -> Reason | None:
@@ -108,7 +122,7 @@ def stop_for(request: Request, given: dict[str, str]) -> Reason | None:
 def _faults(request: Request, given: dict[str, str]) -> dict[str, str]:
     _ = gettext_of(request)
     faults = {}
-    if given["size"] not in ("right", "wrong", "m", "cm", "mm"):
+    if given["size"] not in ("right", "wrong", *UNITS):
         faults["size"] = _("Say whether the size is right.")
     if given["side"] not in ("left", "swapped", "unsure"):
         faults["side"] = _("Say which side is the left one.")
