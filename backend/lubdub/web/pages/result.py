@@ -138,26 +138,20 @@ def refused(
     _ = gettext_of(request)
     document = _document(case, family.actor, files, reviews)
     said = [one | {word: _(one[word]) for word in ("message", "advice")} for one in document["reasons"]]
-    if case.status == "failed" or not said:
-        heading = _("Something went wrong on our side")
-        said = said or [{"message": _("The work stopped before it ended."), "advice": _("Please try again.")}]
-    else:
-        headings = {
-            "returned": _("Your clinician asks you to do this again"),
-            "unusable": _("Your clinician says: do not use these places"),
-        }
-        heading = headings.get(case.status, _refused_heading(request, said[0]["code"]))
+    is_ours = case.status == "failed" or not said
+    said = said or [{"message": _("The work stopped before it ended."), "advice": _("Please try again.")}]
     code = said[0].get("code")
+    closing = _("A wrong place that looks right would help nobody, so we show none. Nothing you gave us is lost.")
     return render(
         request,
         "family/refused/refused.html",
         family,
         case_id=case.id,
-        heading=heading,
+        heading=_("Something went wrong on our side") if is_ours else _refused_heading(request, case, code),
         reason=said[0],
         others=said[1:],
         review=document.get("review"),
-        closing=_("A wrong place that looks right would help nobody, so we show none. Nothing you gave us is lost."),
+        closing=_("Nothing you gave us is lost.") if code == UNREADABLE_FILE else closing,
         actions=_ways_on(request, case, code),
         units=_unit_words(request) if code == UNIT_ASKED and case.has_scan else {},
         step=STEP_OF["result"] if case.is_checked else STEP_OF["scan"],
@@ -202,9 +196,14 @@ def _document(case: Case, actor: Actor, files: FileVault, reviews: Reviews) -> d
     return result_of(case, actor, files, reviews)
 
 
-def _refused_heading(request: Request, code: str) -> str:
+def _refused_heading(request: Request, case: Case, code: str | None) -> str:
     _ = gettext_of(request)
-    return _("We could not read this file") if code == UNREADABLE_FILE else _("We do not show places for this scan")
+    headings = {
+        "returned": _("Your clinician asks you to do this again"),
+        "unusable": _("Your clinician says: do not use these places"),
+    }
+    ours = _("We could not read this file") if code == UNREADABLE_FILE else _("We do not show places for this scan")
+    return headings.get(case.status, ours)
 
 
 def _unit_words(request: Request) -> dict[str, str]:
