@@ -19,12 +19,15 @@ from lubdub.cases.states import Status
 from lubdub.geometry.raycast import SkinCaster
 from lubdub.geometry.whereabouts import whereabouts
 from lubdub.judging import reasons
+from lubdub.landmarks import reasons as landmark_reasons
+from lubdub.landmarks import sticker_reasons
 from lubdub.report.archive import examination_to_bytes, outcome_to_bytes
 from lubdub.results import AREA_NAMES, Reason
+from lubdub.scans import reasons as scan_reasons
 from lubdub.settings import Settings
 from lubdub.web.pages.marks import Marks
 from lubdub.web.pages.result import NEEDS_A_SCAN, _ways_on
-from lubdub.web.pages.result_words import age_words
+from lubdub.web.pages.result_words import DOUBTS, age_words
 from lubdub.web.schemas import CaseOut
 from tests.views import sample
 from tests.web.family import Family, case_in
@@ -175,6 +178,21 @@ def test_the_refusals_that_need_another_scan_are_those_the_judge_gives() -> None
     given = {value.code: value for value in vars(reasons).values() if isinstance(value, Reason)}
     assert given.keys() >= NEEDS_A_SCAN
     assert all(given[code].advice.startswith("Scan ") for code in NEEDS_A_SCAN)
+
+
+def test_how_sure_a_place_is_is_not_said_plainly_beside_a_warning_that_it_may_be_quite_wrong(family: Family) -> None:
+    plain = family.get(f"/cases/{family.done()}/result")
+    assert "We are sure to about" in plain
+    doubted = replace(sample.outcome(), verdict="show_with_care", reasons=(reasons.DISAGREEMENT,))
+    page = family.get(f"/cases/{family.done(doubted)}/result")
+    assert "We are sure to about" not in page
+    assert "Check the warning first. Without it we would be sure to about" in page
+
+
+def test_the_doubts_are_warnings_that_some_room_gives() -> None:
+    rooms = (reasons, landmark_reasons, sticker_reasons, scan_reasons)
+    given = {value.code for room in rooms for value in vars(room).values() if isinstance(value, Reason)}
+    assert given >= DOUBTS
 
 
 def test_a_refused_case_has_no_sheet(family: Family) -> None:

@@ -23,6 +23,14 @@ from lubdub.web.pages.look import gettext_of, person_of, place_looks
 ASK_FIRST_MM = 30.0
 """The mitral place of a well-marked adult is known to 27 mm; a wider region leaves too much to luck."""
 
+DOUBTS = frozenset(
+    (
+        *("methods_disagree", "breastbone_unusual", "landmarks_unusual", "points_out_of_order", "stickers_swapped"),
+        *("age_and_size", "flat_chest", "odd_shape", "two_bodies", "mirrored_file"),
+    )
+)
+"""Codes of the warnings that something is perhaps quite wrong: how sure a place is holds only if it is not."""
+
 
 class ResultWords:
     """What to say about one finished case."""
@@ -206,7 +214,10 @@ class ResultWords:
         if radius_mm > ASK_FIRST_MM:
             return _("Please ask your clinician before using this one.")
         half_cm = max(1, round(radius_mm / 5)) * 5 / 10
-        return _("We are sure to about {distance} cm.").format(distance=self._language.number(half_cm))
+        words = _("We are sure to about {distance} cm.")
+        if any(reason.code in DOUBTS for reason in self._outcome.reasons):
+            words = _("Check the warning first. Without it we would be sure to about {distance} cm.")
+        return words.format(distance=self._language.number(half_cm))
 
 
 def language_in(locale: str) -> Language:
