@@ -61,8 +61,9 @@ family: POST /cases/{case_id}/points, GET /cases/{case_id}/points/live, GET /cas
 family: GET /cases/{case_id}/ready, POST /cases/{case_id}/ready, GET /cases/{case_id}/refused
 family: GET /cases/{case_id}/remove, POST /cases/{case_id}/remove, GET /cases/{case_id}/result
 family: GET /cases/{case_id}/scan, POST /cases/{case_id}/scan, POST /cases/{case_id}/send, GET /cases/{case_id}/size
-family: POST /cases/{case_id}/size, GET /cases/{case_id}/state, POST /cases/{case_id}/take-back, POST /cases/{case_id}/unit
-family: GET /cases/{case_id}/waiting, POST /cases/{case_id}/share, GET /view/{case_id}/, GET /view/{case_id}/{window}/
+family: POST /cases/{case_id}/size, GET /cases/{case_id}/state, POST /cases/{case_id}/take-back
+family: POST /cases/{case_id}/unit, GET /cases/{case_id}/waiting, POST /cases/{case_id}/share
+family: GET /view/{case_id}/, GET /view/{case_id}/{window}/
 rest: GET /api/v1/cases, POST /api/v1/cases, GET /api/v1/cases/{case_id}, DELETE /api/v1/cases/{case_id}
 rest: POST /api/v1/cases/{case_id}/cancel, GET /api/v1/cases/{case_id}/events, GET /api/v1/cases/{case_id}/fhir
 rest: PUT /api/v1/cases/{case_id}/landmarks, POST /api/v1/cases/{case_id}/landmarks/confirm
