@@ -314,7 +314,7 @@ def test_a_kept_guess_of_a_bone_is_not_passed_off_as_felt(family: Family) -> Non
     family.post(f"/cases/{case}/points", action="accept")
     family.post(f"/cases/{case}/points", action="accept")
     family.post(f"/cases/{case}/points", action="accept")
-    family.post(f"/cases/{case}/points", action="done")
+    family.locate(case)
     eventually(lambda: family.rest_status(case) == "done")
     asked = family.http.get(f"/api/v1/cases/{case}/result").json()["asked"]
     assert set(asked["landmarks"]) == {"navel"}
@@ -324,7 +324,7 @@ def test_an_accepted_point_goes_to_the_run_in_the_files_own_coordinates(family: 
     case = family.confirmed()
     family.post(f"/cases/{case}/points", action="choose", name="navel")
     family.post(f"/cases/{case}/points", action="accept")
-    family.post(f"/cases/{case}/points", action="done")
+    family.locate(case)
     eventually(lambda: family.rest_status(case) == "done")
     asked = family.http.get(f"/api/v1/cases/{case}/result").json()["asked"]
     metres = sample.BODY.landmarks["navel"] / 1000

@@ -72,7 +72,7 @@ def test_swapped_sides_are_said_on_the_page_and_stop_the_run_until_they_are_mend
     assert "Left and right seem swapped" in stopped
     assert family.where(case) == "points"
     mark(family, case)
-    family.post(f"/cases/{case}/points", action="done")
+    family.locate(case)
     eventually(lambda: family.rest_status(case) == "done")
 
 
@@ -122,7 +122,7 @@ def test_an_unclear_lie_runs_with_enough_points_and_not_before(family: Family) -
     family.post(f"/cases/{case}/feel")
     assert "cannot tell which way" in family.post(f"/cases/{case}/points", 409, action="done").text
     mark(family, case)
-    family.post(f"/cases/{case}/points", action="done")
+    family.locate(case)
     eventually(lambda: family.rest_status(case) == "done")
     asked = family.http.get(f"/api/v1/cases/{case}/result").json()["asked"]
     assert set(asked["landmarks"]) == set(LANDMARK_NAMES)

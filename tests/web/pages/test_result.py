@@ -138,7 +138,7 @@ def test_a_samples_sheet_and_kept_file_say_that_it_is_one(family: Family) -> Non
     family.vault.put(case, "examination.npz", examination_to_bytes(sample.examination()))
     family.vault.put(case, "marks.json", Marks().to_bytes())  # of the sample's own body, not of the stand-in's
     family.post(f"/cases/{case}/size", size="right", side="left")
-    family.post(f"/cases/{case}/points", action="done")
+    family.locate(case)
     eventually(lambda: family.rest_status(case) == "done")
     family.vault.put(case, "outcome.npz", outcome_to_bytes(sample.outcome()))
     assert "This is a sample." in text_of(family.http.get(f"/api/v1/cases/{case}/sheet.pdf").content)

@@ -69,7 +69,7 @@ def test_points_with_stickers_are_marked_already_and_go_into_the_run(family: Fam
     assert page.count("by sticker") == len(BONES)
     assert "Point 3 of 5" in page
     assert set(family.marks(case)["placed"]) == set(BONES)
-    family.post(f"/cases/{case}/points", action="done")
+    family.locate(case)
     eventually(lambda: family.rest_status(case) == "done")
 
 
