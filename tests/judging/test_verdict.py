@@ -51,6 +51,11 @@ def test_what_makes_us_refuse(evidence: Evidence, reason: object) -> None:
     assert why[0] == reason
 
 
+def test_a_reason_to_refuse_is_not_said_again_as_a_care() -> None:
+    codes = [one.code for one in judge(replace(measured(sternum_of_expected=0.5), landmarks=SUGGESTED), ())[1]]
+    assert codes.count("age_and_size") == 1
+
+
 @pytest.mark.parametrize("measures", [{"fitted_skin_share": 0.7}, {"sternum_of_expected": 0.72}], ids=str)
 def test_both_bones_marked_outweigh_what_the_skin_alone_would_be_refused_for(measures: dict[str, float]) -> None:
     assert judge(measured(**measures), ()) == ("show", ())

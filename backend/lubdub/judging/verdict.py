@@ -83,7 +83,7 @@ def judge(
     refusals = _refusals(evidence, gates)
     cares = (*warnings, *_cares(evidence, gates))
     if refusals:
-        return "refuse", (*refusals, *cares)
+        return "refuse", tuple(dict.fromkeys((*refusals, *cares)))
     return ("show_with_care" if cares else "show"), cares
 
 
