@@ -68,8 +68,8 @@ def fitted_skin_share(scan: CleanScan, fit: Fit, sternum_mm: float) -> float:
     vertices, normals = fit.surface.vertices, fit.surface.normals
     across, along, _ = ((vertices - fit.landmarks["suprasternal_notch"]) / sternum_mm).T
     is_chest = (along < 0) & (along > -1.3) & (np.abs(across) < 1) & (normals[:, 2] > 0.3)
-    is_on_skin = cKDTree(scan.points).query(vertices)[0] < 0.03 * sternum_mm + 5.0
-    sides = (is_on_skin[is_chest & (across > 0)], is_on_skin[is_chest & (across < 0)])
+    is_on_skin = cKDTree(scan.points).query(vertices[is_chest])[0] < 0.03 * sternum_mm + 5.0
+    sides = (is_on_skin[across[is_chest] > 0], is_on_skin[across[is_chest] < 0])
     return min(float(side.mean()) if len(side) else 0.0 for side in sides)
 
 

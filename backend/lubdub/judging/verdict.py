@@ -9,6 +9,7 @@ from lubdub.judging import reasons
 from lubdub.results import (
     BONE_LANDMARKS,
     AreaName,
+    LandmarkName,
     Landmarks,
     Located,
     MethodName,
@@ -89,7 +90,7 @@ def judge(
 
 def _refusals(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
     measures, patient, size = evidence.located.measures, evidence.patient, evidence.size
-    bones = {name for name in BONE_LANDMARKS if name in evidence.landmarks and evidence.landmarks[name].is_marked}
+    bones = _given(evidence) & set(BONE_LANDMARKS)
     is_in_the_air = measures.get("fitted_skin_share", 1.0) < gates.fitted_skin_refuse
     checks = (
         (max(evidence.gaps_mm.values()) > gates.skin_gap_refuse_mm * size, reasons.AREA_NOT_SCANNED),
@@ -109,7 +110,7 @@ def _refusals(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
 
 def _cares(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
     measures, patient, size = evidence.located.measures, evidence.patient, evidence.size
-    given = {name for name, landmark in evidence.landmarks.items() if landmark.is_marked}
+    given = _given(evidence)
     checks = (
         (not given, reasons.LANDMARKS_SUGGESTED),
         (bool(given) and not given & set(BONE_LANDMARKS), reasons.BONES_NOT_GIVEN),
@@ -126,6 +127,10 @@ def _cares(evidence: Evidence, gates: Gates) -> tuple[Reason, ...]:
         (evidence.method == "paper", reasons.PAPER_METHOD),
     )
     return tuple(reason for holds, reason in checks if holds)
+
+
+def _given(evidence: Evidence) -> set[LandmarkName]:
+    return {name for name, landmark in evidence.landmarks.items() if landmark.is_marked}
 
 
 def _flatter_than(evidence: Evidence, limit: float) -> bool:
