@@ -42,7 +42,7 @@ NEEDS_A_SCAN = frozenset(
         *("fit_failed", "looks_like_a_back", "posture_sitting_breasts"),
     )
 )
-"""Codes of the refusals that no other marks can mend."""
+"""Codes of the refusals whose first advice is another scan."""
 
 UNIT_ASKED = "unit_implausible"
 """Code of the refusal that a word about the file's unit may mend."""
